@@ -207,7 +207,7 @@ def main() -> int:
     trackers.close()
     window.resize(*_TOUR_SIZE)
     window.show()
-    lead(window)
+    lesson_pictures(window)
     window.close()
     return 0
 
@@ -232,7 +232,7 @@ def film(window: MainWindow) -> None:
     print(_FILM.path.relative_to(IMAGES.parent.parent))
 
 
-def lead(window: MainWindow) -> None:
+def lesson_pictures(window: MainWindow) -> None:
     """Take pictures of lesson pages, and of an exercise with its score."""
     player, exercise = (
         window.part(of_lessons).lesson_actions.player,

@@ -14,7 +14,7 @@ from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import QueuedClip
 from inspector.language import plural, tr
 from inspector.session.document import Document
-from inspector.session.session_files import kept_sessions, written
+from inspector.session.session_files import kept_sessions, modified_ns
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.review import read_session
@@ -153,7 +153,7 @@ def _judged(
         tell(k / len(clips))
         verdicts = own.get(clip.path, (None,) * len(clip.automatic))
         if clip.path not in own and (sessions := kept_sessions(clip.path)):
-            key = sessions[0], written(sessions[0]), clip.automatic
+            key = sessions[0], modified_ns(sessions[0]), clip.automatic
             if key not in known:
                 try:
                     known[key] = verdicts_on(clip.automatic, read_session(sessions[0]).state)

@@ -28,7 +28,7 @@ from inspector.folder.queued_clip import (
 from inspector.folder.survey_worker import work
 from inspector.language import tr
 from inspector.session.leftovers import clips_to_restore
-from inspector.session.session_files import decided_counts, written
+from inspector.session.session_files import decided_counts, modified_ns
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
@@ -209,7 +209,7 @@ class FolderQueue(QObject):
         exported = exports_among(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]
-        latest = {exported[path]: path.name for path in sorted(exported, key=written)}
+        latest = {exported[path]: path.name for path in sorted(exported, key=modified_ns)}
         waiting = clips_to_restore(self.folder, clips)
         for path in clips:
             if path not in self.clips or self.clips[path].reason == GONE:
@@ -249,7 +249,7 @@ class FolderQueue(QObject):
         for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
             waiting |= clips_to_restore(folder, list(paths))
             exported = exports_among(clips_in(folder))
-            by_time = sorted(exported, key=written)
+            by_time = sorted(exported, key=modified_ns)
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
             if clip.state != ClipState.FAILED and not is_there(path):

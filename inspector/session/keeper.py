@@ -22,9 +22,9 @@ from inspector.session.session_files import (
     journals,
     kept_sessions,
     make_latest,
+    modified_ns,
     remember_place,
     write_known,
-    written,
 )
 from twistcore.errors import TwistError
 from twistcore.files.atomic import free_name
@@ -147,7 +147,7 @@ class Keeper(QObject):
                 self.notes.append(message)
             if leftover is not None:
                 found.append(leftover)
-        return sorted(found, key=lambda left: written(left.path), reverse=True)
+        return sorted(found, key=lambda left: modified_ns(left.path), reverse=True)
 
     def end(self) -> None:
         """Stop protecting the clip. Delete its journal only if all of its steps are saved."""

@@ -16,10 +16,10 @@ from inspector.session.session_files import (
     journal_owners,
     journals,
     kept_sessions,
+    modified_ns,
     refuge_path,
     rename_damaged,
     session_path,
-    written,
 )
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.errors import FormatError, TwistError
@@ -60,7 +60,7 @@ def waiting_journals(clip: Path) -> list[Path]:
     """Return all journals of a clip that no running program uses, the latest first."""
     places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
     there = {path for place in places for path in journals(place)}
-    return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
+    return sorted((p for p in there if not is_held(p)), key=modified_ns, reverse=True)
 
 
 def clips_to_restore(folder: Path, clips: Sequence[Path]) -> set[Path]:

@@ -12,7 +12,7 @@ from inspector.language import plural, tr, tr_as
 from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, count_missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
-from inspector.session.session_files import session_path, written
+from inspector.session.session_files import modified_ns, session_path
 from inspector.widgets.background import OneTask
 from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import file_mark, takes_long
@@ -134,7 +134,7 @@ class Recovery(QObject):
         steps = leftover.recovered.steps
         kept = plural("{n} step was kept", "{n} steps were kept", steps)
         # The format of day, month, hour and minute for `strftime`.
-        when = datetime.fromtimestamp(written(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
+        when = datetime.fromtimestamp(modified_ns(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:
             message = tr(
                 "A review of another version of {clip} ended without saving ({when}). {kept}.",

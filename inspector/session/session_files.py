@@ -106,7 +106,7 @@ def kept_sessions(clip: Path) -> list[Path]:
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
         there = [old]
-    return sorted(there, key=written, reverse=True)
+    return sorted(there, key=modified_ns, reverse=True)
 
 
 def remember_place(clip: Path, session: Path) -> None:
@@ -143,7 +143,7 @@ def journal_owners(folder: Path) -> set[str]:
         return set()
 
 
-def written(path: Path) -> int:
+def modified_ns(path: Path) -> int:
     """Return the time of the last change of a file in nanoseconds, or 0 if it is missing."""
     try:
         return path.stat().st_mtime_ns
@@ -156,8 +156,8 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
     This is needed only if the clock was set back or another computer wrote the other files.
     """
-    newest = max((written(other) for other in others if other != path), default=0)
-    if written(path) <= newest:
+    newest = max((modified_ns(other) for other in others if other != path), default=0)
+    if modified_ns(path) <= newest:
         with suppress(OSError):
             os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
 

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.session.session_files import kept_sessions, written
+from inspector.session.session_files import kept_sessions, modified_ns
 from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
@@ -181,7 +181,7 @@ def _counted(
         tell(k / len(folder))
         if path == data.clip.path or not (sessions := kept_sessions(path)):
             continue
-        key = sessions[0], written(sessions[0]), performers.of(path)
+        key = sessions[0], modified_ns(sessions[0]), performers.of(path)
         if key not in known:
             try:
                 known[key] = judged_in(path, sessions[0], key[2])

@@ -21,7 +21,7 @@ from inspector.folder.remembered_folders import (
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.leftovers import unsaved_clips
-from inspector.session.session_files import SESSION_PATTERNS, is_session, written
+from inspector.session.session_files import SESSION_PATTERNS, is_session, modified_ns
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.labels import as_entry, as_tip
@@ -405,7 +405,7 @@ class FileActions(Saving):
         if not unsaved or self.document.data is not None or busy:
             return  # the question is asked anyway when the clip is opened
         (clip, journal, count), *others = unsaved
-        when = datetime.fromtimestamp(written(journal) / 1e9)
+        when = datetime.fromtimestamp(modified_ns(journal) / 1e9)
         text = tr(
             "The last review of {clip} was not saved ({when}). {decisions} can be restored.",
             clip=clip.name,
