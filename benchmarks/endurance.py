@@ -35,7 +35,7 @@ from PySide6.QtWidgets import QApplication, QDialog, QWidget
 
 from benchmarks.alive import Alive, Said, alive, children, heard
 from benchmarks.day_at_the_window import with_errors
-from inspector.app import keep_for_good, make_application
+from inspector.app import exclude_from_collection, make_application
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
@@ -331,7 +331,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
         window.show()
         window.activateWindow()
         QTest.qWaitForWindowActive(window, 10_000)
-        keep_for_good()
+        exclude_from_collection()
         sitting = Sitting(window, clips, random.Random(seed))
         begun = last = time.monotonic()
         print(f"  minute {Alive.heads()}   wrong", flush=True)

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication
 from scipy.stats import spearmanr
 
 from inspector.app import make_application
-from inspector.collector import keep_for_good
+from inspector.collector import exclude_from_collection
 from inspector.session.settings import Settings
 from twistcore.batch.how_bad import root_mean_square
 from twistcore.detection import Interval
@@ -65,7 +65,7 @@ def main() -> None:
         window = MainWindow(Settings(), None)
         window.resize(1440, 900)
         window.show()
-        keep_for_good()  # as the program does
+        exclude_from_collection()  # as the program does
         loop = QEventLoop()
         QTimer.singleShot(500, loop.quit)
         loop.exec()

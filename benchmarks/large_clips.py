@@ -34,7 +34,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from benchmarks.alive import give_back, resident
-from inspector.app import keep_for_good, make_application
+from inspector.app import exclude_from_collection, make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
@@ -123,7 +123,7 @@ def a_window() -> MainWindow:
     window.resize(1440, 900)
     window.show()
     QTest.qWaitForWindowExposed(window)
-    keep_for_good()
+    exclude_from_collection()
     return window
 
 

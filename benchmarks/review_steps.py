@@ -35,7 +35,7 @@ def serve(clip: Path) -> None:
     from PySide6.QtCore import QCoreApplication, QEvent
 
     from inspector.app import make_application
-    from inspector.collector import keep_for_good
+    from inspector.collector import exclude_from_collection
     from inspector.session.document import Document
     from inspector.session.opening import analyse_file
     from inspector.session.settings import Settings
@@ -48,7 +48,7 @@ def serve(clip: Path) -> None:
     window = MainWindow(Settings(theme="light", order="chain"), None)
     window.resize(1440, 900)
     window.show()
-    keep_for_good()
+    exclude_from_collection()
     window.document.show_clip(analyse_file(clip))
     alone = Document()
     alone.show_clip(analyse_file(clip))

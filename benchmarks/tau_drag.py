@@ -28,7 +28,7 @@ import numpy as np
 from PySide6.QtCore import QEvent, QEventLoop, QObject
 from PySide6.QtWidgets import QApplication, QWidget
 
-from inspector.app import keep_for_good, make_application
+from inspector.app import exclude_from_collection, make_application
 from inspector.session.opening import analyse_clip
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
@@ -101,7 +101,7 @@ def measure(
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
     window.show()
-    keep_for_good()
+    exclude_from_collection()
     clip = tiled(read_bvh(SAMPLE), frames, folder)
     untouched = analyse_clip(clip).analysis.by()
     document, timeline = window.document, window.timeline

@@ -1,1 +1,1 @@
-"""Twist Inspector, the desktop program around twistcore."""
+"""Twist Inspector, the desktop program that uses twistcore."""

@@ -20,7 +20,7 @@ from twistcore.files.encoding import legible
 from twistcore.files.ordinary import is_file, is_there
 from twistcore.files.version import __version__
 
-_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # the formats that Qt writes
+_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # formats of images that Qt can write
 _WINDOW = (
     *("PySide6", "vtkmodules", "pyvista", "pyvistaqt", "qtpy", "pyqtgraph"),
     *("matplotlib", "markdown_it"),
@@ -35,7 +35,7 @@ _NO_SCREEN = (
 )
 
 
-# Worker processes import this module and need no Qt, so only `main` imports the window.
+# Worker processes import this module and do not need Qt, so only `main` imports the window.
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector` and return its exit code."""
     arguments = _parser().parse_args(argv)

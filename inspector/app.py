@@ -1,4 +1,4 @@
-"""Set up Qt, open the window, and handle the system's signals until the window is closed."""
+"""Set up Qt, open the window, and handle signals of the system until the window is closed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# Before Qt is imported: pyvistaqt must find the same Qt binding, and needs X11, because it does
-# not support Wayland yet.
+# Set this before importing Qt: pyvistaqt must use the same Qt binding, and does not support Wayland
+# yet, so it needs X11.
 os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
@@ -20,8 +20,8 @@ from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
-from inspector.collector import collect_between_events, keep_for_good
-from inspector.language import use_language, wished
+from inspector.collector import collect_between_events, exclude_from_collection
+from inspector.language import language_to_use, use_language
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.fonts import shipped_families
@@ -36,42 +36,42 @@ if TYPE_CHECKING:
     from inspector.window.demo import Script
     from inspector.window.main_window import MainWindow
 
-_PATIENCE_MS = 500  # waiting time for cancelled work
+_PATIENCE_MS = 500  # time to wait for cancelled work
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window with these arguments and return the exit code."""
+    """Open the window with the given arguments, and return the exit code."""
     path = settings_path()
     settings = load_settings(path)[0]
     language = arguments.language or settings.language
-    app = make_application(wished(language, QLocale.system().uiLanguages()))
+    app = make_application(language_to_use(language, QLocale.system().uiLanguages()))
     splash = Splash(named_theme(settings.theme))
     if not (arguments.demo or arguments.screenshot):
         splash.show_at_once()
-    # After the application and the splash screen, because importing takes seconds from a cold disk,
-    # and builds tables of texts.
+    # Import the window after creating the application and the splash screen: the import takes
+    # seconds from a cold disk, and builds tables of texts.
     from inspector.window.main_window import MainWindow
 
-    settings, complaint = load_settings(path)  # including the settings that features declare
+    settings, complaint = load_settings(path)  # again, now with the settings that features declare
     window = MainWindow(settings, path)
     window.show()
     splash.finish(window)
     if complaint:
         _show_complaint(window, complaint)
-    keep_for_good()
+    exclude_from_collection()
     script = _script(window, arguments)
     if script is None:
         QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))
 
-    stopped = 0  # not the event loop's result, which is always 0 when the last window closes
+    stopped = 0  # the exit code; the event loop returns 0 if the last window was closed
 
     def end(number: int, _frame: object) -> None:
         nonlocal stopped
         stopped = 128 + number
         window.close_without_asking()
-        app.exit(stopped)  # even if a dialog waits for an answer
+        app.exit(stopped)  # even if a dialog is open
 
-    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # the terminal was closed
+    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # sent when the terminal is closed
     handled = signal.getsignal(closed) != signal.SIG_IGN  # `nohup` ignores it
     for number in (signal.SIGINT, signal.SIGTERM, *([closed] if handled else ())):
         signal.signal(number, end)
@@ -81,7 +81,8 @@ def run(arguments: argparse.Namespace) -> int:
     app.exec()
     code = stopped or (script.code if script is not None else 0)
     if not wait_for_tasks(_PATIENCE_MS):
-        # Qt would wait for threads that are still running. Everything important is on disk already.
+        # Qt would wait for threads that are still running, although everything important is on
+        # disk.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
@@ -97,7 +98,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show a message, and again once a clip is open, because opening a clip clears messages."""
+    """Show an error message now and after a clip is opened, which clears messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
@@ -106,7 +107,7 @@ def _show_complaint(window: MainWindow, complaint: str) -> None:
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
-    """Return the script that runs the window for --demo or --screenshot, or None."""
+    """Return the script for --demo or --screenshot, or None."""
     from inspector.window.demo import demo, screenshot
 
     if arguments.demo:
@@ -119,13 +120,13 @@ def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
 def make_application(language: str = "en") -> QApplication:
     """Set the language, then create the QApplication with its theme.
 
-    Call this before importing the window's modules.
+    Call this function before importing the modules of the window.
     """
     use_language(language)
-    QLocale.setDefault(QLocale.c())  # numbers as in files, in any system language
+    QLocale.setDefault(QLocale.c())  # in every language, numbers look as in files
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
-    words = QTranslator(app)  # Qt's own texts, for example on buttons
+    words = QTranslator(app)  # translates Qt's own texts, for example on buttons
     if words.load(
         f"qtbase_{language}", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
     ):
@@ -134,7 +135,7 @@ def make_application(language: str = "en") -> QApplication:
     app.setOrganizationName("Twist Inspector")
     app.setDesktopFileName("twist-inspector")
     app.setWindowIcon(program_icon())
-    shipped_families()  # before any text is drawn, since a system may have no fonts
+    shipped_families()  # before any text is drawn, because a system may have no fonts
     font = QFont(app.font())
     font.setFeature(QFont.Tag("tnum"), 1)  # digits of equal width, for columns of numbers
     app.setFont(font)

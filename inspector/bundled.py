@@ -1,4 +1,4 @@
-"""Paths of the clips, texts and icons shipped with the program, in a wheel or in a checkout."""
+"""Paths of the clips, texts and icons that are shipped, in a wheel or in a checkout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _CHECKOUT = Path(__file__).resolve().parents[1]
 ASSETS = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT / "assets"
 DOCS = _PACKAGED / "docs" if _PACKAGED.is_dir() else _CHECKOUT / "docs"
 SAMPLE = ASSETS / "walk_injected.bvh"
-FLIPPED = ASSETS / "kick.bvh"  # a capture with flips of a leg
+FLIPPED = ASSETS / "kick.bvh"  # a capture in which a leg flips
 LANGUAGES = ASSETS / "languages"
 LESSONS = ASSETS / "lessons"
 TOUR = LESSONS / "tour.md"

@@ -1,8 +1,8 @@
 """Run Python's garbage collector only between two events of the GUI thread.
 
 By default, the collector runs in any thread that creates an object. Garbage may contain Qt objects.
-If these are deleted in a worker thread, or while PySide changes its table of connections, the
-program crashes or hangs.
+If they are deleted in another thread, or while PySide changes its table of connections, the program
+crashes or hangs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _PERIOD_MS = 1000
 
 
 def collect_between_events(owner: QObject) -> None:
-    """Replace Python's automatic collection with a timer that runs as long as `owner` lives."""
+    """Replace Python's automatic collection with a timer that runs as long as `owner` exists."""
     gc.disable()
     timer = QTimer(owner)
     timer.timeout.connect(collect_due)
@@ -30,9 +30,9 @@ def collect_due() -> None:
         gc.collect(due[-1])
 
 
-def keep_for_good() -> None:
-    """Exclude all existing objects from future collections, since they live until the end.
+def exclude_from_collection() -> None:
+    """Exclude all existing objects from future collections, because they exist until the end.
 
-    Searching them each time would block the window for 0.15 s.
+    A search through these objects would block the window for 0.15 s each time.
     """
     gc.freeze()

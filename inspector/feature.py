@@ -1,7 +1,7 @@
 """Features of the window, each with its own menu rows, panels, settings and connections.
 
-Each feature is an object of class :class:`Feature`, in the file `feature.py` of its folder;
-`inspector/window/features.py` lists all of them, and the window is built from that list.
+Each feature is an object of :class:`Feature`, in the file `feature.py` of its folder. The list of
+all features is in `inspector/window/features.py`, and the window is built from that list.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ class HostWindow(QMainWindow):
     docks
         The docks, keyed by name.
     actions_by_id
-        The actions, keyed by the ids of their rows.
+        The actions, keyed by id.
+    built
+        The parts that the features have built, keyed by the name of the feature.
     """
 
     document: Document
@@ -70,7 +72,7 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a message. Returns True if it is on disk."""
+        """Save the review without a message. Returns True if the session is on disk."""
         raise NotImplementedError
 
 
@@ -78,14 +80,14 @@ class FeatureParts:
     """The parts that a feature builds. Their public attributes become attributes of the window."""
 
     def connect(self, window: HostWindow) -> None:
-        """Create the parts that need the docks, and connect them with other features."""
+        """Create the parts that need docks, and connect this feature with others."""
 
     def take(self, path: Path) -> bool:
         """Open a dropped file. Returns False if the feature cannot open this kind of file."""
         return False
 
     def close(self) -> None:
-        """Stop all work. Called when the window is closed."""
+        """Stop all work, because the window is being closed."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +97,12 @@ class Tool:
     Attributes
     ----------
     word
-        The text on the button.
+        The label of the button.
     place
-        Its position from the left. A separator divides positions with different tens digits (19 and
-        20, for example).
+        The position from the left. There is a separator between positions whose tens digits differ,
+        such as 19 and 20.
     spared
-        The order in which words are hidden in a narrow window: 1 first, then 2, then 0.
+        The order in which labels are hidden in a narrow window: first 1, then 2, then 0.
     """
 
     word: str
@@ -110,18 +112,26 @@ class Tool:
 
 @dataclass(frozen=True)
 class ActionRow(Generic[T]):
-    """A row of a menu. T is the type of the object to which its action applies.
+    """A row of a menu. `T` is the type of the object on which the action acts.
 
     Attributes
     ----------
+    id
+        The id of the action.
+    text
+        The text of the row.
+    keys
+        The default keyboard shortcuts.
+    tip
+        The help text.
     checked
         True if the row is checked at the start.
     group
-        Name of a group in which exactly one row is checked.
+        The name of a group in which exactly one row is checked, or ''.
     needs
-        'clip' if the row needs an open clip, 'figure' if it also needs the 3D view.
+        'clip' if the row needs an open clip, 'figure' if it also needs the 3D view, or ''.
     in_list
-        True if the row also appears in the context menu of the panel's list.
+        True if the row is also in the context menu of the panel's list.
     tool
         The button in the toolbar, or None.
     verdict
@@ -142,7 +152,7 @@ class ActionRow(Generic[T]):
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action, so that it acts on `on`."""
+        """Connect the action of the row, so that it acts on `on`."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +162,7 @@ class ActionSpec(ActionRow[T]):
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action, so that it runs the command on `on`."""
+        """Connect the action of the row, so that it runs the command on `on`."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -167,15 +177,15 @@ class Switch(ActionRow[T]):
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action, so that it switches the setting of `on`."""
+        """Connect the action of the row, so that it switches the setting of `on`."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 
 @dataclass(frozen=True)
 class MenuRows(Generic[T]):
-    """The rows of one menu, with None for a separator.
+    """Rows of one menu; None is a separator.
 
-    `after` is the id of the row after which they are added, or '' for the end of the menu.
+    `after` is the id of the row after which the rows are inserted, or '' for the end of the menu.
     """
 
     menu: str
@@ -190,21 +200,22 @@ class DockPanel(Generic[T]):
     Attributes
     ----------
     name
-        The name under which the dock's position is stored.
+        The name under which the position of the dock is stored.
     title
         The title of the dock.
     area
         The initial area of the dock.
     content
-        Function that returns the widget in the dock.
+        A function that returns the widget in the dock.
     shown
-        True if the dock is initially visible.
+        True if the dock is visible initially.
     empty_at_start
-        True if the dock is hidden at every start, because it is empty until something is opened.
+        True if the dock is hidden whenever the program starts, because it is empty until something
+        is opened.
     tab
         True if the dock is a tab next to the interval table.
     before
-        Name of the panel before which it is placed, or '' for the end.
+        The name of the panel before which the dock is placed, or '' for the end.
     """
 
     name: str
@@ -219,7 +230,17 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A check box in the preferences. `name` is the name of its FeatureSetting."""
+    """A check box in the preferences.
+
+    Attributes
+    ----------
+    name
+        The name of a FeatureSetting.
+    text
+        The text next to the check box.
+    tip
+        The tool tip.
+    """
 
     name: str
     text: str
@@ -230,7 +251,18 @@ class Tick:
 class Feature(Generic[Built]):
     """A feature of the window.
 
-    `build` is a function that creates the views of the feature, before any dock exists.
+    Attributes
+    ----------
+    name
+        The name of the feature.
+    build
+        A function that creates the parts of the feature, before any dock exists.
+    rows
+        The rows that the feature adds to menus.
+    panels
+        The docks of the feature.
+    settings
+        The check boxes of the feature in the preferences.
     """
 
     name: str

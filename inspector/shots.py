@@ -1,4 +1,4 @@
-"""Take the pictures and the film for the docs from the real window: `dev.py shot [NAME…]`."""
+"""Take the pictures and the film in the docs from the real window: `dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -41,15 +41,16 @@ _SIZE = (1440, 900)
 _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
 _LOOK_MS = 100
-_PATIENCE_S = 60.0  # how long to wait until the window stops changing
+_PATIENCE_S = 60.0  # seconds to wait until the window stops changing
 _SEED = 5  # seed of the exercise
-_NOISY_FRAME = 200  # frame of a clip with synthetic noise
-_PICTURED = 3  # page of a lesson other than the tour
+_NOISY_FRAME = 200  # a frame of a clip with synthetic noise
+_PICTURED = 3  # the page of a lesson that is pictured, except in the tour
 _FILM = RecordChoice(
     IMAGES / "skin.gif", first=305, stop=323, speed=0.1, size=(800, 420),
     contents=Contents(curves=False), replace=True,
 )  # fmt: skip
-_FILMED = "LeftForeArm"  # the sample's forearm, with an error in all of these frames
+# The left forearm of the sample, which has an error in all frames of the film
+_FILMED = "LeftForeArm"
 
 
 def main() -> int:
@@ -79,7 +80,7 @@ def main() -> int:
 
     def lit(window: MainWindow) -> None:
         teaching(window)
-        window.part(of_teaching).taught.light("theta_p")
+        window.part(of_teaching).taught.highlight("theta_p")
 
     def tuning(window: MainWindow) -> None:
         act(window, "show_tuning")
@@ -115,7 +116,7 @@ def main() -> int:
             "twistcore",
             "quamo",
             "noise",
-        )  # the study's text, not the window's
+        )  # this text comes from the study, not from the window
         subprocess.run([*noise, EXERCISES[0], "-o", noisy, "--level", "A"], check=True)
         window.open_path(noisy)
         wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
@@ -206,7 +207,7 @@ def main() -> int:
     trackers.close()
     window.resize(*_TOUR_SIZE)
     window.show()
-    lead(window)
+    lesson_pictures(window)
     window.close()
     return 0
 
@@ -231,8 +232,8 @@ def film(window: MainWindow) -> None:
     print(_FILM.path.relative_to(IMAGES.parent.parent))
 
 
-def lead(window: MainWindow) -> None:
-    """Take pictures of the lessons' pages, and of an exercise with its score."""
+def lesson_pictures(window: MainWindow) -> None:
+    """Take pictures of lesson pages, and of an exercise with its score."""
     player, exercise = (
         window.part(of_lessons).lesson_actions.player,
         window.part(of_lessons).lesson_actions.hidden_errors,
@@ -303,13 +304,13 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str) -> None:
-    """Save a screenshot of the window after it has stopped changing."""
+    """Save a screenshot of the window as soon as it has stopped changing."""
     wait(_SETTLE_MS)
     keep(steady_picture(window), name)
 
 
 def keep(picture: QImage, name: str) -> None:
-    """Write an image to the docs' folder of images."""
+    """Write an image to the folder of images in the docs."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))

@@ -1,7 +1,7 @@
 """Check for the system libraries and the screen that a window needs, and name their packages.
 
-This module uses only the standard library of any Python 3, because dev.py runs it before installing
-anything.
+This module uses only the standard library of any Python 3, because dev.py runs it before anything
+is installed.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-# Libraries that Qt and VTK load, and the Debian packages that provide them. The check uses sonames,
-# not a package database, so that it works on every distribution.
+# Libraries that Qt and VTK load, and the Debian packages with these libraries. The check uses the
+# names of the libraries, not a database of packages, so that it works in every distribution.
 LIBRARIES = {
     "libGL.so.1": "libgl1",
     "libEGL.so.1": "libegl1",
@@ -25,7 +25,7 @@ LIBRARIES = {
     "libfontconfig.so.1": "libfontconfig1",
     "libdbus-1.so.3": "libdbus-1-3",
 }
-# Libraries that Qt needs on an X server. If one is missing, Qt ends the program.
+# Libraries that Qt needs on an X server. If one of them is missing, Qt ends the program.
 X_LIBRARIES = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxcb-cursor.so.0": "libxcb-cursor0",
@@ -43,7 +43,7 @@ def has_screen() -> bool:
 
 
 def is_loadable(soname: str) -> bool:
-    """Return True if the dynamic linker finds a library."""
+    """Return True if the dynamic linker can load a library."""
     try:
         ctypes.CDLL(soname)
     except OSError:
@@ -54,7 +54,7 @@ def is_loadable(soname: str) -> bool:
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
     """Return the missing libraries, each with its Debian package.
 
-    `platform` is the name of Qt's platform.
+    `platform` is the name of Qt's platform plugin.
     """
     if not sys.platform.startswith("linux"):
         return {}
@@ -63,7 +63,7 @@ def missing_libraries(platform: str = "xcb") -> dict[str, str]:
 
 
 def install_command(packages: Sequence[str]) -> list[str]:
-    """Return the command that installs Debian packages. It must be run as root."""
+    """Return the command that installs Debian packages, which must be run as root."""
     return ["apt-get", "install", "-y", "--no-install-recommends", *packages]
 
 

@@ -1,6 +1,6 @@
-"""Start faster: stop PySide from reading the source of each imported module.
+"""Start faster by stopping PySide from reading the source code of each imported module.
 
-PySide reads the sources to support `from __feature__ import`, which this program does not use.
+PySide reads source code to support `from __feature__ import`, which this program does not use.
 Reading takes a sixth of the processor time of the start. PySide 6.10 has no setting to prevent it.
 With other versions, this module may have no effect.
 """
@@ -13,7 +13,7 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Stop PySide from reading source files. Call this before the first import of PySide6."""
+    """Stop PySide from reading source code. Call this before the first import of PySide6."""
     importlib.import_module("shiboken6")  # contains the reader, which PySide6 starts immediately
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):

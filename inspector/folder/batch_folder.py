@@ -1,4 +1,4 @@
-"""A folder written by `twistcore batch`: its results, and the progress of its reviews."""
+"""A folder written by `twistcore batch`: its results, and the progress of the reviews."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
 from inspector.language import of_core, tr
-from inspector.session.session_files import decided_in, kept_sessions
+from inspector.session.session_files import decided_counts, kept_sessions
 from inspector.widgets.background import Task
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
@@ -25,17 +25,20 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import file_mark
 from twistcore.tuning import Profile
 
-# Options of the batch that the window cannot use, keyed by parameter.
+# Options of a batch that the window cannot use, keyed by their names in the manifest.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
 
 
 class BatchFolder(QObject):
     """The clips in the manifest of a batch, with the progress of their reviews.
 
-    `options` describes the batch options that differ from the defaults.
+    Attributes
+    ----------
+    options
+        A description of the batch's options that differ from the defaults.
     """
 
-    failed = Signal(str)  # the error message when decisions cannot be recorded
+    failed = Signal(str)  # with the reason why decisions cannot be recorded
 
     def __init__(self, folder: Path, parent: QObject) -> None:
         super().__init__(parent)
@@ -52,10 +55,10 @@ class BatchFolder(QObject):
         return is_held(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
-        """Return the manifest's clips.
+        """Return the clips in the manifest. Raises TwistError.
 
         A clip is marked for a new analysis if it has changed since the batch, or if the batch used
-        options that the window does not support. Raises TwistError.
+        options that the window does not support.
         """
         with Manifest.open(self.folder) as manifest:
             glances, self._parameters = manifest.glances(), manifest.parameters()
@@ -88,7 +91,7 @@ class BatchFolder(QObject):
         if "://" in glance.source:
             reason = f"{glance.source}: {FAR_AWAY}"
             return replace(known, state=ClipState.FAILED, reason=reason)
-        known = replace(known, decided=decided_in(path))
+        known = replace(known, decided=decided_counts(path))
         given = self._parameters.get(glance.mark, {})
         if glance.state != DONE or any(given.get(k) for k in _ELSEWHERE):
             return known
@@ -119,8 +122,8 @@ class BatchFolder(QObject):
             over.connect(task.deleteLater)
         task.start()
 
-    def when_noted(self, then: Callable[[], None]) -> None:
-        """Call `then` when all decisions are recorded, or immediately if nothing is pending."""
+    def when_recorded(self, then: Callable[[], None]) -> None:
+        """Call `then` as soon as all decisions are recorded."""
         if self._noting:
             self._then = then
         else:
@@ -147,7 +150,7 @@ class BatchFolder(QObject):
 
 
 def _options_text(given: Mapping[str, Any]) -> str:
-    """Return a description of the batch options that differ from the defaults."""
+    """Return a description of a batch's options that differ from the defaults."""
     parts = []
     if given.get("tau_deg") is not None:
         parts.append(f"τ {given['tau_deg']:g}°")

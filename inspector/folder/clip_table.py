@@ -1,4 +1,4 @@
-"""Write the clips of a folder as a CSV table for other programs."""
+"""Write the clips of a folder to a CSV table for other programs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from twistcore.files.encoding import csv_text
 
-# The columns. Severity is in degrees; a cell is empty if nothing is known yet.
+# The columns. Severity is in degrees. A cell is empty if its value is not known yet.
 _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
     "clip": lambda c: c.label or c.path.name,
     "folder": lambda c: str(c.path.parent),
@@ -25,5 +25,5 @@ _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
 
 
 def clip_table(clips: Iterable[QueuedClip]) -> str:
-    """Return the table as CSV: one line per clip, in the given order."""
+    """Return a table of clips as CSV, with one line per clip in the given order."""
     return csv_text(tuple(_COLUMNS), [{k: of(c) for k, of in _COLUMNS.items()} for c in clips])

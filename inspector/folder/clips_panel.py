@@ -1,4 +1,4 @@
-"""The table of the folder's clips, with severity and progress of the reviews."""
+"""The table of a folder's clips, with their severity and the progress of their reviews."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from inspector.widgets.tables import Index, RowDelegate, RowModel, RowTable, Tab
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
-_ROWS = 10  # minimum number of visible rows, if there is room
+_ROWS = 10  # number of visible rows, if there is room
 _COUNT_MS = 60  # delay after which the list is updated during a drag of τ
 _NEWS_MS = 160  # delay after which the list is updated during an analysis
 _SEVERITY, _EXPORT = 1, 3  # columns
 _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a clip", "Export"))
 _NAME_WIDTH = 90  # pixels
 _WIDTHS = (72, 84, 66)  # minimum width of the other columns, in pixels
-_PAD = 8  # pixels next to a word
-_BAR = 3  # pixels, height of the bar of a severity
+_PAD = 8  # pixels next to a text
+_BAR = 3  # height in pixels of the bar that shows a severity
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
     tr_as("a clip or clips", "partly checked"),
@@ -47,7 +47,7 @@ _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
-# The filter's entries, and the clips that each of them shows.
+# The entries of the filter, each with a function that returns True for the clips to show.
 _Lets = Callable[[QueuedClip], bool]
 STATES: tuple[tuple[str, _Lets], ...] = (
     (tr_as("clips", "All"), lambda _: True),
@@ -95,7 +95,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return a clip's sort keys, one per column. Reviews are sorted by their remaining work."""
+    """Return the sort keys of a clip, one per column. Reviews are sorted by remaining work."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -164,7 +164,7 @@ def _spoken(clip: QueuedClip) -> dict[int, str]:
 
 
 class _SeverityBar(RowDelegate):
-    """Draws a bar below the severity, on a square-root scale up to the worst listed clip."""
+    """Draws a bar below the severity. The scale is a square root, up to the worst listed clip."""
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
         super().__init__(model, parent)
@@ -188,7 +188,7 @@ class _SeverityBar(RowDelegate):
 class ClipsPanel(QWidget):
     """The table of the folder's clips. A double click or Enter opens a clip."""
 
-    chosen = Signal(object)  # Path
+    chosen = Signal(object)  # with the Path of the clip
 
     def __init__(
         self,
@@ -200,7 +200,8 @@ class ClipsPanel(QWidget):
         super().__init__()
         self._queue, self._document, self._informative = queue, document, informative
         self._model = _ClipModel(colours)
-        self._order: tuple[int, bool] | None = None  # column, descending; None is worst first
+        # (column, True if descending); None for the initial order, worst first
+        self._order: tuple[int, bool] | None = None
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
         self.table.setAccessibleDescription(tr("Enter opens the clip"))
@@ -219,7 +220,8 @@ class ClipsPanel(QWidget):
         self.bar.setAccessibleName(tr("Clips analysed"))
         self.bar.setMaximumHeight(6)
         self.status, self.tau, self.precision = soft(QLabel()), soft(QLabel()), soft(QLabel())
-        for label in (self.status, self.tau, self.precision):  # a long text must not widen the dock
+        # A long text must not make the dock wider
+        for label in (self.status, self.tau, self.precision):
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.stop = QPushButton(tr("Stop"))
         self.stop.setToolTip(tr("Stop analysing; the results so far are kept"))
@@ -231,7 +233,8 @@ class ClipsPanel(QWidget):
         last = hbox((self.precision, 1), margins=(4, 0, 4, 0))
         parts = (above, (self.table, 1), self.bar, foot, under, last)
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
-        # Enter or a double click. With `doubleClicked` too, a clip would open twice.
+        # Emitted by Enter and by a double click; with `doubleClicked` as well, a clip would open
+        # twice.
         self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         self._news = QTimer(self, singleShot=True, interval=_NEWS_MS)
         self._news.timeout.connect(self._refresh)
@@ -248,7 +251,7 @@ class ClipsPanel(QWidget):
         self._show_precision()
 
     def sizeHint(self) -> QSize:
-        """Return a size with space for a few rows."""
+        """Return a size with room for a few rows."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
         height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
@@ -267,7 +270,7 @@ class ClipsPanel(QWidget):
         header.sectionClicked.connect(self._sort_by)
 
     def _count_open(self) -> None:
-        """Update the open clip's count of decided intervals."""
+        """Update the number of decided intervals of the open clip."""
         data = self._document.data
         if data is not None and (intervals := self._document.intervals):
             decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
@@ -276,7 +279,8 @@ class ClipsPanel(QWidget):
     def _sort_by(self, column: int) -> None:
         """Sort by a column after a click on its heading.
 
-        A second click sorts in reverse, and a third one restores the initial order, worst first.
+        A second click reverses the order, and a third click restores the initial order, worst
+        first.
         """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
@@ -298,7 +302,7 @@ class ClipsPanel(QWidget):
         return clips
 
     def _take_news(self) -> None:
-        """Update the table, with a short delay while many clips are being analysed."""
+        """Update the table. While many clips are being analysed, wait a moment first."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():
@@ -312,7 +316,7 @@ class ClipsPanel(QWidget):
             self._severities.worst = worst
             self.table.viewport().update()
         done, total = self._queue.progress
-        self.bar.setUpdatesEnabled(False)  # if not blocked, each value would repaint the window
+        self.bar.setUpdatesEnabled(False)  # without this, each value would repaint the window
         self.bar.setRange(0, max(total, 1))
         self.bar.setValue(done)
         self.bar.setUpdatesEnabled(True)

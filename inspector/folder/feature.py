@@ -1,4 +1,4 @@
-"""A folder of clips as a feature of the window."""
+"""A folder of clips, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Folder(FeatureParts):
         self.clips.chosen.connect(window.open_path)
 
     def connect(self, window: HostWindow) -> None:
-        """Create the actions that write the table of the listed clips and the report."""
+        """Create the actions that save the table of listed clips and the report."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
         listing = window.docks["clips"].toggleViewAction()

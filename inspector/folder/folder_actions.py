@@ -1,4 +1,4 @@
-"""The actions on a folder of clips: save its table, and write its report."""
+"""The actions for a folder of clips: save its table, and write its report."""
 
 from __future__ import annotations
 
@@ -27,8 +27,12 @@ _PATTERN = tr("Tables (*.csv);;All files (*)")
 class FolderActions:
     """Writes the folder's clips as a CSV table, and the report of a batch.
 
-    - listed: function that returns the listed clips
-    - save: function that saves the review
+    Attributes
+    ----------
+    listed
+        A function that returns the listed clips.
+    save
+        A function that saves the review.
     """
 
     queue: FolderQueue
@@ -39,7 +43,7 @@ class FolderActions:
     _report: QProcess | None = field(default=None, init=False)
 
     def save_clip_table(self) -> None:
-        """Ask for a file name, and write the listed clips as CSV."""
+        """Ask for a path, and write the listed clips to it as CSV."""
         if (folder := self.queue.folder) is None:
             self.bar.show_message(tr("Open a folder first."), False)
             return
@@ -48,7 +52,7 @@ class FolderActions:
         ask_where(self.window, title, _PATTERN, then, wanted=proposed, suffix="csv")
 
     def save_clip_table_to(self, path: Path) -> None:
-        """Write the table to `path`. If writing fails, the file is left unchanged."""
+        """Write the table to `path`. If writing fails, an existing file stays unchanged."""
         clips = list(self.listed())
         if is_there(path) and path.suffix.lower() != ".csv":
             message = tr(
@@ -75,7 +79,7 @@ class FolderActions:
         self.bar.show_message(f"{path.name}: {count}.{left}", False)
 
     def write_report(self) -> None:
-        """Write the report of the open batch folder, including the decisions."""
+        """Write the report of the open batch, including the decisions."""
         if (folder := self.queue.folder) is None or self.queue.batch is None:
             message = tr("Open a folder made by `twistcore batch` first.")
             self.bar.show_message(message, False)
@@ -83,13 +87,13 @@ class FolderActions:
         if self._report is not None:
             self.bar.show_message(tr("The report is already being written."), False)
             return
-        self.save()  # the report includes decisions that are not saved yet
-        self.queue.batch.when_noted(lambda: self._start_report(folder))
+        self.save()  # the report must include decisions that are not saved yet
+        self.queue.batch.when_recorded(lambda: self._start_report(folder))
         message = tr("The report of {folder} is being written …", folder=folder.name)
         self.bar.show_message(message, False)
 
     def _start_report(self, folder: Path) -> None:
-        # In a separate process, since it reads all clips and draws pictures.
+        # A separate process, because the report reads all clips and draws pictures.
         self._report = report = QProcess(self.window)
         if (application := QCoreApplication.instance()) is not None:
             application.aboutToQuit.connect(self._give_up)
@@ -100,7 +104,7 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """Stop the report's process because the program ends.
+        """Stop the process that writes the report, because the program ends.
 
         All pages written so far are complete.
         """
@@ -115,14 +119,16 @@ class FolderActions:
         if report is None:
             return
         errors = bytes(report.readAllStandardError().data()).decode("utf-8", "replace").strip()
-        done = bool(report.readAllStandardOutput().data())  # it prints after everything is written
+        # The process prints only after everything is written
+        done = bool(report.readAllStandardOutput().data())
         report.deleteLater()
         if code in (0, 1) and done:
             message = tr("{path} was written.", path=folder / "report" / "index.html")
             if code:
                 message += " " + tr("Some clips could not be drawn. The page lists them.")
             self.bar.show_message(message, False)
-            self.window.statusBar().showMessage(message, 10_000)  # the bar may show a question
+            # The message bar may show a question
+            self.window.statusBar().showMessage(message, 10_000)
         else:
             silent = tr("the process ended without a message")
             last = of_core(errors.splitlines()[-1]) if errors else silent

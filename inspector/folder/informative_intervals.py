@@ -1,4 +1,4 @@
-"""The automatic corrections of a folder, in the order in which verdicts say most about the rest."""
+"""The automatic corrections of a folder, the most informative to judge first."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import QueuedClip
 from inspector.language import plural, tr
 from inspector.session.document import Document
-from inspector.session.session_files import kept_sessions, written
+from inspector.session.session_files import kept_sessions, modified_ns
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.review import read_session
@@ -28,16 +28,16 @@ from twistcore.tuning.stated_precision import (
 )
 from twistcore.work.progress import Tell
 
-_SETTLE_MS = 400  # wait until a series of verdicts or results has ended
+_SETTLE_MS = 400  # time after the last verdict or result until sessions are read
 
 _Verdicts = tuple[bool | None, ...]
-# By session, its time, and the corrections, which a new analysis of the folder may change.
+# Keyed by the session's path, its time, and the corrections, which a new analysis may change.
 _Known = dict[tuple[Path, int, tuple[AutomaticCorrection, ...]], _Verdicts]
 
 
 @dataclass(frozen=True)
 class Informative:
-    """An automatic correction of a clip, with the verdict on it, or None."""
+    """An automatic correction of a clip, with its verdict: True if it is right, or None."""
 
     path: Path
     correction: AutomaticCorrection
@@ -45,14 +45,15 @@ class Informative:
 
 
 class InformativeIntervals(QObject):
-    """Orders the automatic corrections of a folder and estimates how many of them are right.
+    """Orders a folder's automatic corrections, and estimates how many of them are right.
 
-    Sessions are read in the background, once the whole folder has been analysed. The signal `found`
-    is emitted after :meth:`look` with the next correction to judge, or None.
+    A correction comes earlier if its verdict says more about the others. Sessions are read in the
+    background, after the whole folder has been analysed. After :meth:`look`, the signal `found` is
+    emitted with the next correction to judge, or None.
     """
 
     changed = Signal()
-    found = Signal(object)  # Informative | None
+    found = Signal(object)  # with an Informative, or None
 
     def __init__(
         self, queue: FolderQueue, document: Document, parent: QObject | None = None
@@ -75,12 +76,12 @@ class InformativeIntervals(QObject):
         return sum(one.verdict is not None for one in self.ordered)
 
     def look(self) -> None:
-        """Ask for the next correction to judge, see the signal `found`."""
+        """Look for the next correction to judge, and emit `found` with it."""
         self._asked = True
         self._start()
 
     def words(self) -> str:
-        """Return a sentence about the precision of the corrections that nobody has judged."""
+        """Return a sentence about the precision of the corrections that have no verdict."""
         if (stated := self.stated) is not None:
             return tr(
                 "About {share:.0f} % of the other {left} automatic corrections are right "
@@ -141,9 +142,10 @@ class InformativeIntervals(QObject):
 def _judged(
     clips: Sequence[QueuedClip], own: Mapping[Path, _Verdicts], known: _Known, tell: Tell
 ) -> tuple[tuple[Informative, ...], StatedPrecision | None, _Known]:
-    """Return the corrections in informative order, the stated precision, and the cache of verdicts.
+    """Return the corrections in order, the estimated precision, and the cache of verdicts.
 
-    `own` has the verdicts on the open clip, whose session may be older than its review.
+    `own` has the verdicts on the open clip, whose session may be older than its review. `known` is
+    the previous cache.
     """
     rows: list[Informative] = []
     still = _Known()
@@ -151,11 +153,11 @@ def _judged(
         tell(k / len(clips))
         verdicts = own.get(clip.path, (None,) * len(clip.automatic))
         if clip.path not in own and (sessions := kept_sessions(clip.path)):
-            key = sessions[0], written(sessions[0]), clip.automatic
+            key = sessions[0], modified_ns(sessions[0]), clip.automatic
             if key not in known:
                 try:
                     known[key] = verdicts_on(clip.automatic, read_session(sessions[0]).state)
-                except TwistError:  # the clip's row in the table shows that it cannot be read
+                except TwistError:  # the table already shows that the clip cannot be read
                     known[key] = verdicts
             verdicts = still[key] = known[key]
         rows += (

@@ -9,18 +9,18 @@ from inspector.language import tr
 
 
 class InformativeStep:
-    """Opens the clip of the next informative interval, and selects the interval."""
+    """Opens the clip of the most informative automatic correction, and selects the interval."""
 
     def __init__(
         self, intervals: InformativeIntervals, queue: FolderQueue, window: HostWindow
     ) -> None:
         self._intervals, self._queue, self._window = intervals, queue, window
-        self._wanted: Informative | None = None  # while its clip is being opened
+        self._wanted: Informative | None = None  # set while its clip is being opened
         intervals.found.connect(self._go)
         window.document.opened.connect(self._arrive)
 
     def next(self) -> None:
-        """Look for the next informative interval and go to it."""
+        """Look for the most informative interval without a verdict, and go to it."""
         self._intervals.look()
 
     def _go(self, found: Informative | None) -> None:
@@ -44,7 +44,7 @@ class InformativeStep:
         return tr("No clip of this folder has an automatic correction.")
 
     def _arrive(self) -> None:
-        """Select the wanted interval once its clip is open."""
+        """Select the wanted interval after its clip was opened."""
         wanted, document = self._wanted, self._window.document
         data = document.data
         if wanted is None or data is None:

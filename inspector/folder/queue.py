@@ -1,4 +1,4 @@
-"""The queue of a folder's clips. Worker processes analyse them in the background."""
+"""The queue of a folder's clips, which worker processes analyse in the background."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from inspector.folder.queued_clip import (
 )
 from inspector.folder.survey_worker import work
 from inspector.language import tr
-from inspector.session.leftovers import waiting_among
-from inspector.session.session_files import decided_in, written
+from inspector.session.leftovers import clips_to_restore
+from inspector.session.session_files import decided_counts, modified_ns
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
@@ -39,10 +39,10 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
-_ENOUGH = 20  # maximum number of analysed clips, in a folder of any size
-_PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
-_BATCH_MS = 3_000  # delay before checking whether a running batch has ended
-_SETTLE_MS = 500  # wait until no files are being written to the folder
+_ENOUGH = 20  # this many analysed clips are enough to know a bad one, in a folder of any size
+_PATIENCE_S = 20.0  # time limit for a clip; a second per megabyte is added
+_BATCH_MS = 3_000  # time between checks of whether a running batch has ended
+_SETTLE_MS = 500  # time without changes in the folder until it is read again
 
 
 @dataclass(eq=False)
@@ -60,27 +60,29 @@ class _Worker:
 
 
 class FolderQueue(QObject):
-    """The clips of a folder, and the processes that survey them.
+    """The clips of a folder, and the processes that survey the clips.
 
-    The signal `changed` is emitted after every change.
+    `changed` is emitted after every change.
     """
 
     changed = Signal()
     finished = Signal()
     profile_changed = Signal()
-    failed = Signal(str)  # an error message about a batch's manifest
+    failed = Signal(str)  # with an error message about the manifest of a batch
 
     def __init__(self, workers: int = 0, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
-        self.profile: Profile | None = None  # τ for all clips, or None for each clip's automatic τ
+        # The τ for all clips; None for the automatic τ of each clip
+        self.profile: Profile | None = None
         self.profile_name = ""
-        self.exports: frozenset[Path] = frozenset()  # the folder's exports by this program
-        self.batch: BatchFolder | None = None  # None if `twistcore batch` did not write the folder
-        self._from_batch: set[Path] = set()  # clips with the results of the batch
-        self._elsewhere: dict[Path, str] = {}  # exports of this run, keyed by clip
-        self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # leaves one core to the window
+        # Exported clips in the folder, which are not surveyed
+        self.exports: frozenset[Path] = frozenset()
+        self.batch: BatchFolder | None = None  # None unless `twistcore batch` wrote the folder
+        self._from_batch: set[Path] = set()  # clips whose results are those of the batch
+        self._elsewhere: dict[Path, str] = {}  # file names of exports in this run, keyed by clip
+        self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # leave one core to the window
         self._workers: list[_Worker] = []
         self._started = 0.0
         self._poll = QTimer(self, interval=_POLL_MS)
@@ -97,7 +99,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """Return the surveyed clips, worst first, followed by waiting and by failed clips."""
+        """The surveyed clips, the worst first, followed by waiting and by failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -107,13 +109,13 @@ class FolderQueue(QObject):
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Return the number of clips that are surveyed or have failed, and of all clips."""
+        """The number of clips that are surveyed or have failed, and the number of all clips."""
         over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
         return over, len(self.clips)
 
     @property
     def seconds_left(self) -> float:
-        """Return the estimated time until the last clip is surveyed, in seconds."""
+        """The estimated time, in seconds, until all clips are surveyed."""
         done, total = self.progress
         passed = time.monotonic() - self._started
         return passed / done * (total - done) if done else 0.0
@@ -125,12 +127,12 @@ class FolderQueue(QObject):
 
     @property
     def knows_enough(self) -> bool:
-        """Return True if a tenth of the clips, or 20 of them, have been analysed."""
+        """Return True if a tenth of the clips, or 20 clips, have been analysed."""
         done, total = self.progress
         return done >= min(_ENOUGH, math.ceil(total / 10))
 
     def worse_than(self, path: Path) -> QueuedClip | None:
-        """Return the worst clip with undecided intervals if it is worse than the one at `path`."""
+        """Return the worst clip with undecided intervals if it is worse than the clip at `path`."""
         if path not in self.clips:
             return None
         least = self.clips[path].severity
@@ -138,20 +140,20 @@ class FolderQueue(QObject):
         return worst if worst is not None and worst.severity > least else None
 
     def next_after(self, path: Path | None) -> Path | None:
-        """Return the next clip after `path`, worst first, that has undecided intervals."""
+        """Return the next clip with undecided intervals after `path`, from worst to best."""
         ordered = self.ordered
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
         behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the path by which the folder lists a clip, or `path` if the clip is not listed."""
+        """Return the path by which the folder lists a clip, or `path` if it does not list it."""
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Return four counts: decided clips, clips with intervals, decided intervals, intervals."""
+        """Four counts: finished clips, clips with intervals, decided intervals, all intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -160,7 +162,7 @@ class FolderQueue(QObject):
 
     @property
     def profile_text(self) -> str:
-        """Return a description of the τ with which clips are surveyed and opened."""
+        """A description of the τ with which clips are surveyed and opened."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
@@ -170,7 +172,7 @@ class FolderQueue(QObject):
         return tr("automatic for each clip")
 
     def profile_of(self, path: Path) -> Profile | None:
-        """Return the τ and detector that the folder or the batch sets for a clip, or None."""
+        """Return the τ and the detector that the folder or the batch sets for a clip, or None."""
         if self.profile is not None or self.batch is None:
             return self.profile if path in self.clips else None
         return self.batch.profile_of(path)
@@ -180,14 +182,14 @@ class FolderQueue(QObject):
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
         """Survey the clips of a folder, with the τ of a profile if given.
 
-        A survey of another folder is stopped. In a folder that `twistcore batch` wrote, only clips
-        without a result are surveyed.
+        The survey of another folder is stopped. In a folder written by `twistcore batch`, only
+        clips without a result are surveyed.
         """
         self.close()
         if is_batch_folder(folder):
             self.batch = BatchFolder(folder, self)
             self.batch.failed.connect(self.failed)
-            self._watcher.addPath(str(folder / MANIFEST))  # a batch may be running
+            self._watcher.addPath(str(folder / MANIFEST))  # a batch may still be running
         self.folder = folder
         self.profile, self.profile_name = profile, name
         self.clips, self._from_batch = {}, set()
@@ -207,11 +209,11 @@ class FolderQueue(QObject):
         exported = exports_among(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]
-        latest = {exported[path]: path.name for path in sorted(exported, key=written)}
-        waiting = waiting_among(self.folder, clips)
+        latest = {exported[path]: path.name for path in sorted(exported, key=modified_ns)}
+        waiting = clips_to_restore(self.folder, clips)
         for path in clips:
             if path not in self.clips or self.clips[path].reason == GONE:
-                self.clips[path] = QueuedClip(path, decided=decided_in(path))
+                self.clips[path] = QueuedClip(path, decided=decided_counts(path))
             name = latest.get(path.name, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
         for path in self.exports & self.clips.keys():
@@ -221,7 +223,7 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Use the results in the manifest unless a profile sets τ, and survey all other clips."""
+        """Use the results in the manifest unless a profile sets τ, and survey the other clips."""
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -229,7 +231,8 @@ class FolderQueue(QObject):
             return
         for clip in clips:
             before = self.clips.get(clip.path)
-            if before is not None and before.decided is not None:  # newer, as in the open clip
+            # the earlier number is newer, for example if the clip is open
+            if before is not None and before.decided is not None:
                 clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
                 self.profile is None or clip.state == ClipState.FAILED
@@ -244,9 +247,9 @@ class FolderQueue(QObject):
                 self._from_batch.discard(clip.path)
         waiting, latest = set[Path](), dict[Path, str]()
         for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
-            waiting |= waiting_among(folder, list(paths))
+            waiting |= clips_to_restore(folder, list(paths))
             exported = exports_among(clips_in(folder))
-            by_time = sorted(exported, key=written)
+            by_time = sorted(exported, key=modified_ns)
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
             if clip.state != ClipState.FAILED and not is_there(path):
@@ -257,7 +260,7 @@ class FolderQueue(QObject):
             self._continue()
             return
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
-            self._again.start()  # the batch will analyse them, unless it ends early
+            self._again.start()  # the batch analyses these clips unless it ends early
         self.changed.emit()
 
     def _continue(self) -> None:
@@ -268,12 +271,12 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Change fields of a clip's entry if the folder still lists the clip."""
+        """Change fields of a clip's entry, if the folder still lists the clip."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None, name: str = "") -> None:
-        """Survey the folder again with the τ of a profile, or with the automatic τ of each clip."""
+        """Survey the folder again with the τ of a profile, or with automatic τ if it is None."""
         self.cancel()
         self.profile, self.profile_name = profile, name
         self.clips = {
@@ -285,13 +288,13 @@ class FolderQueue(QObject):
         self.rescan()
 
     def refresh(self, path: Path) -> None:
-        """Read the session of a clip again after it was saved."""
-        self.note(path, decided_in(path))
+        """Read the session of a clip again after the session was saved."""
+        self.note(path, decided_counts(path))
         if self.batch is not None:
             self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
-        """Record how many intervals of a clip are decided."""
+        """Record the numbers of decided and of all intervals of a clip."""
         if path in self.clips and self.clips[path].decided != decided:
             self._put(path, decided=decided)
             self.changed.emit()
@@ -319,7 +322,10 @@ class FolderQueue(QObject):
     # -- the processes ------------------------------------------------------------------------
 
     def _poll_workers(self) -> None:
-        """Collect results, remove dead workers and assign clips to idle ones. Called by a timer."""
+        """Collect results, remove dead workers and assign clips to idle workers.
+
+        A timer calls this method.
+        """
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -347,7 +353,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """Handle a worker's answer, timeout or death. Returns False if there is none of these."""
+        """Handle an answer, a timeout or the death of a worker. Return False if there is none."""
         if worker.path is None:
             return False
         try:
@@ -392,7 +398,7 @@ class FolderQueue(QObject):
 
 
 def _spawn() -> _Worker:
-    # Spawned, since a fork of a program with threads and an X connection may hang.
+    # Spawn, because a fork of a program with threads and an X connection may hang.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=work, args=(theirs,), daemon=True)

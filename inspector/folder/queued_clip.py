@@ -15,7 +15,7 @@ TOO_LARGE = "needs more memory than is usual for its size"
 NOT_BEGUN = "the analysis stopped before it began"
 TOO_SLOW = "the analysis was stopped because it took too long"
 KILLED = "the system stopped the analysis, perhaps because memory ran out"
-# Why a clip has no results: the text in tables and files, and the text that people see.
+# Reasons why a clip has no results: text in tables and files, and text in the window.
 _REASONS = {
     GONE: tr("no longer in the folder"),
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
@@ -39,16 +39,31 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    - severity: in degrees, −1 while unknown
-    - reason: why the analysis failed or, if `unchecked`, why nothing could be checked
-    - decided: numbers of decided intervals and of all intervals in the open review or the session,
-      None without either
-    - exported: name of the latest export, or ''
-    - label: the clip's name in a batch, or ''
-    - waits: True if the clip has unsaved decisions that can be restored
-    - missing: number of frames that the header declares but the file does not contain
-    - unexamined: number of arms and legs without a chain
-    - automatic: the automatic corrections, empty if the results come from a batch
+    Attributes
+    ----------
+    severity
+        In degrees; −1 while it is unknown.
+    intervals
+        The number of intervals found.
+    reason
+        The reason why the analysis failed or, if `unchecked` is True, why nothing could be checked.
+    decided
+        The numbers of decided and of all intervals, from the open review or from the session; None
+        without either.
+    unchecked
+        True if nothing in the clip could be checked.
+    exported
+        The name of the latest export, or ''.
+    waits
+        True if the clip has unsaved decisions that can be restored.
+    label
+        The name of the clip in a batch, or ''.
+    missing
+        The number of frames that the header declares but the file does not contain.
+    unexamined
+        The number of arms and legs without a chain.
+    automatic
+        The automatic corrections; empty if the results come from a batch.
     """
 
     path: Path
@@ -67,16 +82,16 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """Return the name for lists: the name in the batch, or the file name.
+        """The name for lists: the name in the batch, or the file name.
 
-        The name of a BVH file is shown without its suffix.
+        A BVH file is shown without its suffix.
         """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return the number of decided intervals and the number of all intervals."""
+        """The number of decided intervals and the number of all intervals."""
         return self.decided or (0, self.intervals)
 
     @property
@@ -99,7 +114,7 @@ class QueuedClip:
 
 
 def reason_text(clip: QueuedClip) -> str:
-    """Return why a clip failed or was not checked, in the chosen language."""
+    """Return the reason why a clip failed or was not checked, in the chosen language."""
     for reason, text in _REASONS.items():
         if clip.reason.endswith(reason):
             return clip.reason.removesuffix(reason) + text

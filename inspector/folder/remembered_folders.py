@@ -1,4 +1,4 @@
-"""Records of recent folders: the last open clip of each, and the τ for all its clips."""
+"""Records of recent folders: the clip that was last open in each, and the τ for its clips."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.session.settings import FeatureSetting, Settings
 from twistcore.files.ordinary import real_path
 
 _MOST = 100
-_OF_TAU = {"profile", "method", "tau"}  # these belong together
+_OF_TAU = {"profile", "method", "tau"}  # these values belong together
 
 
 def _new() -> dict[str, Any]:
@@ -22,7 +22,7 @@ def _new() -> dict[str, Any]:
 def _merged(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Merge our changes to a folder's record into the record that another window has saved.
+    """Merge our changes of a folder's record into the record that another window has saved.
 
     The three values that set τ are always copied together.
     """
@@ -35,9 +35,9 @@ def _merged(
     return other | {key: value for key, value in new.items() if key in changed}
 
 
-# Keyed by a folder's path: the clip at which a person stopped, and for all clips the name of a
-# profile ('' for each clip's automatic τ), its detector and its τ in radians. The latest is the
-# last.
+# Keyed by the path of a folder: the clip at which the user stopped; and for all clips of the
+# folder, the name of a profile ('' for the automatic τ of each clip), the detector, and τ in
+# radians. The latest folder comes last.
 FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     "folders",
     {},
@@ -53,11 +53,11 @@ FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     ),
     _merged,
 )
-# True if the folder's next clip opens after an export.
+# True to open the next clip of the folder after an export.
 NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
 
 
-def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
+def folder_record(settings: Settings, folder: Path) -> dict[str, Any]:
     """Return the record of a folder."""
     return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
 
@@ -68,8 +68,8 @@ def recent_folders(settings: Settings) -> list[Path]:
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Change the given fields of a folder's record, and make it the latest one."""
-    now = known_of_folder(settings, folder) | known
+    """Change some fields of a folder's record, and make it the latest record."""
+    now = folder_record(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}
     FOLDERS.put(settings, dict([*others.items(), (name, now)][-_MOST:]))

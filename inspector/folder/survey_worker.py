@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def work(pipe: Connection) -> None:
     """Answer each (path, profile) from the pipe with a ClipSurvey or an error message.
 
-    The process ends when the pipe or the window closes, even in the middle of a survey.
+    The process ends when the pipe or the window closes, even during a survey.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)
@@ -36,7 +36,7 @@ def work(pipe: Connection) -> None:
         try:
             pipe.send(answer)
         except BrokenPipeError:
-            return  # the window has closed
+            return  # the window was closed
 
 
 def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
@@ -52,6 +52,6 @@ def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
 
 
 def _size(path: Path) -> int:
-    with suppress(OSError):  # reading the file reports the error
+    with suppress(OSError):  # the error is reported when the file is read
         return path.stat().st_size
     return 0

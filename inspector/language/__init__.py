@@ -1,16 +1,16 @@
-"""Translate the window's texts: English as in the code, or a catalogue in `assets/languages`."""
+"""Translate the texts of the window: English as in the code, or from `assets/languages`."""
 
 from inspector.language.catalogue import (
     announced,
     chosen_language,
     codes,
     in_language,
+    language_to_use,
     languages,
     plural,
     tr,
     tr_as,
     use_language,
-    wished,
 )
 from inspector.language.core_sentences import of_core
 from inspector.language.script_texts import texts_of_script
@@ -20,6 +20,7 @@ __all__ = [
     "chosen_language",
     "codes",
     "in_language",
+    "language_to_use",
     "languages",
     "of_core",
     "plural",
@@ -27,5 +28,4 @@ __all__ = [
     "tr",
     "tr_as",
     "use_language",
-    "wished",
 ]

@@ -6,8 +6,7 @@ file, which can be opened with any translation program. `python -m inspector.lan
 updates these files from the code.
 
 Call `use_language` before importing modules with texts, because some of them build tables of texts
-when they are imported. Files written by the program never contain translated texts, only English
-ones.
+when they are imported. Files written by the program contain only English texts.
 """
 
 from __future__ import annotations
@@ -23,11 +22,11 @@ from twistcore.files.encoding import legible
 if TYPE_CHECKING:
     import polib
 
-SOURCE = "en"  # the language that the code is written in
+SOURCE = "en"  # the language of the texts in the code
 
-CORE = "core"  # the context of twistcore's sentences
+CORE = "core"  # the context of sentences from twistcore
 
-_MOST = 4000  # maximum length of an inserted value, since the layout of very long text is slow
+_MOST = 4000  # maximum length of an inserted value, because the layout of very long texts is slow
 
 _language = SOURCE
 _texts: dict[tuple[str, str], str] = {}
@@ -41,18 +40,18 @@ def codes() -> tuple[str, ...]:
 
 @cache
 def languages() -> dict[str, str]:
-    """Return the available languages as {code: name of the language in that language}."""
+    """Return the names of the available languages, each in that language, keyed by code."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
     return found
 
 
-def wished(setting: str, of_system: Iterable[str]) -> str:
+def language_to_use(setting: str, of_system: Iterable[str]) -> str:
     """Return the code of the language to use: the setting, or the first available system language.
 
-    `setting` is a language code or 'system'. `of_system` lists the system's languages in order of
-    preference, as codes such as 'de-AT'.
+    `setting` is a language code or 'system'. `of_system` lists the languages of the system as codes
+    such as 'de-AT', in order of preference.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()
@@ -87,7 +86,7 @@ def in_language(page: Path) -> Path:
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return the templates of twistcore's sentences with their translations; empty in English."""
+    """Return pairs (template, translation) of the sentences of twistcore; empty in English."""
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
@@ -101,20 +100,20 @@ def tr(text: str, /, **values: object) -> str:
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
-    """Translate a text that has several meanings, such as 'Open', distinguished by `meaning`."""
+    """Translate a text that has several meanings, such as 'Open'; `meaning` selects one of them."""
     found = _texts.get((meaning, text), text)
     return found.format(**_legible_values(values)) if values else found
 
 
 def announced(text: str) -> str:
-    """Translate a text that is declared in the file of a kind of error or of a detector."""
+    """Translate a text that is declared by a kind of error or by a detector."""
     return _texts.get(("", text), text)
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
     """Return the translation of `one` or `many`, depending on `number`.
 
-    `{n}` in the text is replaced by `number`, unless a value named n is given.
+    `{n}` in the text is replaced by `number`, unless `values` contains an n.
     """
     values.setdefault("n", number)
     single = number == 1

@@ -2,7 +2,7 @@
 
 These sentences are in English, because they are also written to terminals and files. The catalogue
 contains their templates with the context 'core'. For example, the template '{0} has {1} frames.'
-matches the sentence for any values of `{0}` and `{1}`, which are then inserted into the
+matches the sentence for any values of `{0}` and `{1}`; these values are then inserted into the
 translation.
 """
 
@@ -41,14 +41,14 @@ LABELS = (
     *("elbow", "knee", "hand", "foot", "shoulder", "wrist", "ankle", "joint"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")
-# Separators of sentences and their parts, from the longest parts to the shortest.
+# Separators between sentences and between parts of sentences, larger parts first.
 _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
     """Return a sentence of twistcore in the chosen language, or unchanged if no template fits.
 
-    `said` is a text or an error. A sentence of several parts is translated part by part. Control
+    `said` is a text or an error. A sentence with several parts is translated part by part. Control
     characters are escaped.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
@@ -57,16 +57,16 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence and the number of letters that templates match.
+    """Return the best translation of a sentence, and the number of letters that templates match.
 
-    The best translation is the one with the most matched letters.
+    In the best translation, templates match most letters.
     """
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
         return best
     for piece, pattern, letters, translation in _forms(language):
         if piece in sentence and (match := pattern.fullmatch(sentence)):
-            # An inserted value may be a word of twistcore, such as a kind of error.
+            # An inserted value may itself be a word from twistcore, such as a kind of error.
             found = {name: _translated(language, w) for name, w in match.groupdict().items()}
             known = letters + sum(n for _, n in found.values())
             if known > best[1]:
@@ -83,7 +83,7 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at `joint` into the first part, the rest, and the rest's closing bracket."""
+    """Split a sentence at `joint` into the first part, the rest, and a bracket after the rest."""
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -91,7 +91,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
-    """Return for each template its longest fixed part, pattern, letter count and translation."""
+    """Return each template's longest fixed part, pattern, number of letters and translation."""
     entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
@@ -100,7 +100,7 @@ def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
 
 
 def _piece(form: str) -> str:
-    """Return the longest fixed part of a template, for a quick test before the pattern is tried."""
+    """Return the longest fixed part of a template, which is tested before the slower pattern."""
     return max(_HOLE.split(form)[::2], key=len).format()
 
 
@@ -114,4 +114,4 @@ def _pattern(form: str) -> str:
     holes = [f"(?P<_{number}>.*?)" for number in numbers]
     return "".join(
         re.escape(t.format()) + h for t, h in zip(texts, [*holes, ""], strict=True)
-    )  # forms double their literal braces
+    )  # in templates, literal braces are doubled

@@ -1,6 +1,6 @@
 """Update the catalogues from the texts in the code: `python -m inspector.language.extraction`.
 
-New texts are added without a translation, and texts that no longer occur in the code are removed.
+New texts are added without a translation. Texts that no longer occur in the code are removed.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from inspector.language.core_sentences import LABELS, OF_SYSTEM
 from inspector.language.script_texts import texts_of_script
 
 _ROOT = Path(__file__).resolve().parents[2]
-# Calls with texts, and their arguments in order.
+# Functions that are called with texts, and their arguments in order.
 _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
-# Parts of twistcore with sentences that are shown by the window and not only by commands.
+# Parts of twistcore whose sentences the window shows.
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
     "quamo/spline",
@@ -45,8 +45,9 @@ _ROOMS_OF_CORE = (
     ),
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
-_WORDS = ("Kind", "Decision", "SEEN")  # single words of these modules are shown, too
-# Texts of these classes, keyed by field, and the context of each.
+# The values of these names are single words, which are shown as well
+_WORDS = ("Kind", "Decision", "SEEN")
+# The context of each text that is passed to these classes, keyed by field.
 _INFOS = {
     "DetectorInfo": dict.fromkeys(
         ("label", "short", "measures", "strength", "tau", "action"), CORE
@@ -67,7 +68,7 @@ _Key = tuple[str, str, str]  # context, text, plural
 
 
 def main() -> int:
-    """Update every catalogue and return the exit code."""
+    """Update every catalogue, and return the exit code."""
     texts = set(texts_in_code())
     for file in sorted(LANGUAGES.glob("*.po")):
         known = {key(entry): entry for entry in polib.pofile(str(file))}
@@ -111,7 +112,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """Yield the templates of all strings that look like text for users, except docstrings."""
+    """Yield templates of all strings that look like texts for users, except docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
@@ -130,7 +131,7 @@ def _forms(tree: ast.AST) -> Iterator[str]:
 
 
 def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
-    """Yield the texts that detectors and kinds of errors declare, each with its context."""
+    """Yield the texts that detectors and kinds of errors declare, with the context of each text."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and (fields := _INFOS.get(_name(node))):
             for word in node.keywords:
@@ -140,14 +141,14 @@ def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _numbered(template: str) -> str:
-    """Return a template with its placeholders numbered instead of named."""
+    """Return a template whose placeholders are numbered instead of named."""
     for number, name in enumerate(re.findall(r"\{\w+\}", template)):
         template = template.replace(name, f"{{{number}}}", 1)
     return template
 
 
 def _name(node: ast.AST) -> str:
-    """Return the name that a node defines or calls."""
+    """Return the name that a node defines or calls, or ''."""
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return node.name
     if isinstance(node, ast.Assign):
@@ -157,7 +158,7 @@ def _name(node: ast.AST) -> str:
 
 
 def _text(call: ast.Call, place: int) -> str | None:
-    """Return the text of a call's argument, or None if it is not a constant text."""
+    """Return the text of a call's argument, or None if the argument is not a constant text."""
     argument = call.args[place] if place < len(call.args) else None
     found = argument.value if isinstance(argument, ast.Constant) else None
     return found if isinstance(found, str) else None

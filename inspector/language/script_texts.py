@@ -1,4 +1,4 @@
-"""Find the texts marked by `tr("…")` in a web page's scripts and template."""
+"""Find the texts marked with `tr("…")` in the scripts and the template of a web page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Yield (meaning, text) of each text; the meaning may be ''. Texts joined by + are one text."""
+    """Yield (meaning, text) for each text. The meaning may be ''.
+
+    Texts joined by + are yielded as one text.
+    """
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
         yield json.loads(call[1] or '""'), text

@@ -1,1 +1,1 @@
-"""The parts of the window that teach: the tour, lessons, exercises and the scores of a class."""
+"""The parts of the window that teach: the tour, lessons, exercises and scores of a class."""

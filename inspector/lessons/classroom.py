@@ -35,13 +35,20 @@ from twistcore.synthesis.truth import SCHEMA as TRUTH
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
 
 
-def hidden(
+def with_hidden_errors(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
     """Return a motion with hidden errors, the errors, and the intervals to judge.
 
-    `seed` is the seed of the random errors. If `kind` is 'find', students must find the errors, and
-    there are no intervals to judge; if it is 'judge', students judge a list of intervals.
+    Parameters
+    ----------
+    source
+        The clip in which errors are hidden.
+    seed
+        The seed of the random errors.
+    kind
+        'find' if students must find the errors; then there are no intervals to judge. 'judge' if
+        students judge a list of intervals.
     """
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)
@@ -52,22 +59,22 @@ def hidden(
     return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
 
 
-def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
-    """Return a clip whose review has the intervals `listed`, with the detector switched off."""
+def open_for_review(path: Path, listed: Sequence[Interval]) -> Analysed:
+    """Return a clip whose review has the given intervals, with the detector switched off."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)
 
 
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
-    """Write an exercise, with its clip and key in the same folder, and return their two paths.
+    """Write an exercise, its clip and its key to the same folder. Return the paths of clip and key.
 
-    Raises FormatError if the clip or the key already exists. Only the exercise file itself may be
-    overwritten, because the file dialog has asked the user.
+    Raises FormatError if the clip or the key already exists. Only the exercise file may be
+    overwritten, because the file dialog has asked the user about this file.
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
-    dirty, errors, listed = hidden(clip, seed, kind)
+    dirty, errors, listed = with_hidden_errors(clip, seed, kind)
     if not errors:
         why = tr("expected a clip with chains that can be corrected. Choose another clip.")
         raise FormatError(f"{source}: {why}")
@@ -79,7 +86,10 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
 
 
 def exercise_files(exercise: Path) -> tuple[Path, Path]:
-    """Return the paths for the clip and the key of a new exercise. Neither file may exist."""
+    """Return the paths for the clip and the key of a new exercise.
+
+    Raises FormatError if one of these files exists.
+    """
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
         why = tr("this name is reserved for a key. Choose another name.")
@@ -93,7 +103,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
-    """Open an exercise of a class, with a copy of its clip that is written into `folder`."""
+    """Open an exercise of a class. A copy of its clip is written to `folder`."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
     if not is_file(beside):
@@ -102,7 +112,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
-    data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
+    data = open_for_review(Path(shutil.copy(beside, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
         why = tr(
             "{clip} is not the clip that this exercise was made with. Ask your teacher for both "
@@ -122,10 +132,10 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     return data, exercise
 
 
-def scored(files: Sequence[Path]) -> str:
-    """Score the students' answers with the key, and return the scores as CSV.
+def score_answers(files: Sequence[Path]) -> str:
+    """Score the answers of the students with the key, and return the scores as CSV.
 
-    `files` are the paths of the key and the answers, in any order.
+    `files` are the paths of the key and of the answers, in any order.
     """
     by_schema = [(schema_of(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]

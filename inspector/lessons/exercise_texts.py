@@ -1,4 +1,4 @@
-"""Texts of the exercise: its page, and the description of the score."""
+"""The texts of an exercise: its page and its result."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ from twistcore.synthesis import InjectedError
 
 
 def exercise_page() -> tuple[str, str, str]:
-    """Return the title, text and task of the exercise page."""
+    """Return the title, the text and the task of the exercise page."""
     head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
 def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """Return the score as Markdown. `first_frame` is the number of the clip's first frame."""
+    """Return the result of an exercise as Markdown.
+
+    `first_frame` is the number of the clip's first frame.
+    """
     lines = [
         tr(
             "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",
@@ -56,6 +59,6 @@ def _row(found: InjectedError | Interval, first: int) -> str:
     degrees = f"{signed(np.degrees(largest), 0)}°"
     frames = tr(
         "{start} to {stop}", start=found.start + first, stop=found.stop + first
-    )  # like Start and Stop in the table
+    )  # as in the columns Start and Stop of the table
     place = f"{found.chain}, {frames}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

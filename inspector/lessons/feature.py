@@ -1,4 +1,4 @@
-"""Lessons and exercises as a feature of the window."""
+"""Lessons and exercises, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ class Lessons(FeatureParts):
 
         def show_intervals() -> None:
             docks["intervals"].raise_()
-            if window.actions_by_id["presentation"].isChecked():  # there, it hides no other tab
+            # In a presentation, this hides no other tab
+            if window.actions_by_id["presentation"].isChecked():
                 docks["teaching"].hide()
 
         program = GuidedProgram(

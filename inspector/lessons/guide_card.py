@@ -1,4 +1,4 @@
-"""The guide card of lessons and exercises: a page, its task, and whether the task is done."""
+"""The card that shows a page of a lesson or exercise, its task, and whether the task is done."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Colours
 from inspector.widgets.typeset import Typesetter
 
-_TITLE = 1.1  # ratio of the type of the title to the type of the text
-_READABLE = 24  # pixels; type of this size is readable from the last row of a room
+_TITLE = 1.1  # font size of the title, relative to the text
+_READABLE = 24  # pixels; text of this size is readable from the last row of a room
 
-# The colour of a result, by the smallest share of right answers.
+# Colours in the theme for a result, with the smallest share of right answers for each.
 _ROLES = (1.0, "accepted"), (0.5, "undecided"), (0.0, "rejected")
 
 
 class GuideCard(QWidget):
     """A card with a page, its task, and the buttons of the lesson or exercise."""
 
-    linked = Signal(str)  # the address of a clicked link
+    linked = Signal(str)  # with the address of a clicked link
 
     def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__()
         self._colours = colours
         self._typesetter = typesetter
-        self.done = False  # whether the task is done
+        self.done = False  # True if the task is done
         self._task, self._mark, self._role = "", "▸", "accent"
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.title.setTextFormat(Qt.TextFormat.PlainText)
@@ -52,7 +52,7 @@ class GuideCard(QWidget):
         self._show_task(self._mark)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the type; 1 is the normal size. A larger size suits a lecture hall."""
+        """Scale the text; 1 is the normal size. A larger size suits a lecture hall."""
         normal = QFontInfo(QApplication.font()).pixelSize()
         self._size = max(round(normal * scale), _READABLE) if scale > 1.0 else normal
         title = round(_TITLE * self._size)
@@ -65,14 +65,14 @@ class GuideCard(QWidget):
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
-        """Show a page. Its body and task are Markdown."""
+        """Show a page. `body` and `task` are Markdown."""
         self.title.setText(title)
         self.body.show_markdown(body)
         self._task = task
         self.set_done(False)
 
     def show_text(self, markdown: str) -> None:
-        """Show this Markdown as the text of the page."""
+        """Replace the text of the page, which is Markdown."""
         self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
@@ -81,12 +81,12 @@ class GuideCard(QWidget):
         self.set_done(self.done)
 
     def set_done(self, done: bool) -> None:
-        """Mark the task as done or open."""
+        """Mark the task as done, or as open if `done` is False."""
         self.done, self._role = done, "accepted" if done else "accent"
         self._show_task("✓" if done else "▸")
 
     def set_result(self, text: str, share: float) -> None:
-        """Show a result instead of the task, coloured by the share of right answers, 0…1."""
+        """Show a result instead of the task, in a colour for the share of right answers, 0…1."""
         self._task, self.done = text, True
         self._role = next(role for least, role in _ROLES if share >= least)
         self._show_task("✓" if share == 1.0 else "✗")
@@ -112,11 +112,11 @@ class GuideCard(QWidget):
 
 
 def leave_button(tip: str) -> QToolButton:
-    """Return the small button at the top of the card that ends a lesson or an exercise."""
+    """Return the small button at the top of the card with which the user ends the lesson."""
     return tool_button(tr_as("button", "End"), tip, flat=False)
 
 
 def _plain(markdown: str) -> str:
-    """Convert text with Markdown emphasis to rich text, with HTML in it escaped."""
+    """Convert text with Markdown emphasis to rich text. HTML in the text is escaped."""
     bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(markdown, quote=False))
     return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

@@ -1,4 +1,4 @@
-"""The exercise: review a sample clip with hidden errors, and get a score."""
+"""The exercise: the user reviews a sample clip with hidden errors and gets a score."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.language import plural, tr, tr_as
-from inspector.lessons.classroom import hidden, open_for_student, to_review
+from inspector.lessons.classroom import open_for_review, open_for_student, with_hidden_errors
 from inspector.lessons.exercise_texts import exercise_page, score_text
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
@@ -43,6 +43,8 @@ def make_exercise(
 
     Parameters
     ----------
+    clip
+        The BVH file to copy.
     folder
         The folder for the copy.
     seed
@@ -51,28 +53,29 @@ def make_exercise(
         The kind of exercise, a key of KINDS.
     """
     source = read_bvh(clip)
-    dirty, errors, listed = hidden(source, seed, kind.lower())
+    dirty, errors, listed = with_hidden_errors(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
     write_exercise_clip(source, dirty, path)
-    return to_review(path, listed), errors
+    return open_for_review(path, listed), errors
 
 
 class Exercise(QObject):
-    """Guides a person through an exercise: start, review, and score or hand-in."""
+    """Guides the user through an exercise: start, review, and score or hand-in."""
 
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise. `clips` are sample clips, one of which the seed chooses."""
+        """Set up the exercise. The seed chooses one of the sample clips `clips`."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
-        self._since, self._seed = 0.0, 1  # start time of a class exercise; seed of others
+        # Start time of a class exercise, and seed of any other exercise
+        self._since, self._seed = 0.0, 1
         self._view_before: ViewBefore | None = None  # the view before the exercise
-        # The verdicts as last handed in, or at the start.
+        # the verdicts when they were last handed in, or at the start
         self._kept: list[tuple[Interval, Decision]] = []
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
@@ -111,17 +114,17 @@ class Exercise(QObject):
         self._errors, self._class = (), None
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
-        self.start.setEnabled(True)  # disabled while a clip is made; the End button stays enabled
+        self.start.setEnabled(True)  # disabled while a clip is made, unlike the End button
         self.start.setText(tr_as("button", "Start"))
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls, the start button and, after it, the button `last`."""
+        """Show the controls, the Start button and, after it, the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
     def end(self) -> None:
-        """End the exercise and return to the person's clip."""
+        """End the exercise, and return to the user's own clip."""
         self._task.cancel()
         self.running, self._class = False, None
         if self._view_before is not None:
@@ -150,7 +153,7 @@ class Exercise(QObject):
         self._judged()
 
     def _show_skin(self) -> None:
-        """Until the end of the exercise, show the intervals and the striped skin."""
+        """Show the intervals and the striped skin until the exercise ends."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)
@@ -171,7 +174,7 @@ class Exercise(QObject):
             self._program.guide.set_task(task)
 
     def show_score(self) -> None:
-        """Show the score, with links to the missed errors and the wrong verdicts."""
+        """Show the score, with links to missed errors and wrong verdicts."""
         guide = self._program.guide
         self.result = result = score_exercise(self._errors, self._program.document.intervals)
         guide.show_text(score_text(result, self._program.document.first_frame))
@@ -215,9 +218,9 @@ class Exercise(QObject):
         ask_files(self._window, title, "*.json", lambda paths: self.do_one(paths[0]))
 
     def do_one(self, path: Path) -> None:
-        """Open a class exercise on a copy of its clip, without a score.
+        """Open a class exercise with a copy of its clip.
 
-        Only the teacher has the key that is needed to score it.
+        It ends without a score, because only the teacher has the key.
         """
         self.before_leaving(partial(self._open, path))
 
@@ -242,7 +245,7 @@ class Exercise(QObject):
 
     @property
     def not_handed_in(self) -> str:
-        """Return a warning if a class exercise has verdicts that are not handed in, or ''."""
+        """A warning if a class exercise has verdicts that are not handed in, or ''."""
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
@@ -251,14 +254,14 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` when the class exercise may be closed.
+        """Call `then` as soon as the class exercise may be closed.
 
-        It may be closed once the verdicts are handed in or the person has declined to do so.
+        This is the case if the verdicts are handed in, or if the user declines to hand them in.
         """
         asked = self._class
 
         def answer(do: Callable[[], object]) -> None:
-            if self._class is asked:  # another exercise may be open now
+            if self._class is asked:  # another exercise may have been opened in the meantime
                 do()
 
         if text := self.not_handed_in:
@@ -270,7 +273,7 @@ class Exercise(QObject):
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask for a path, write the verdicts to it, and then call `then`."""
+        """Ask for a path, write the verdicts to it, then call `then`."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 
@@ -281,7 +284,7 @@ class Exercise(QObject):
         ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
-        """Write all intervals with their verdicts, the person's name and the time.
+        """Write all intervals with their verdicts, the user's name and the time taken.
 
         Returns True on success.
         """
@@ -305,7 +308,7 @@ class Exercise(QObject):
         return True
 
     def go_to(self, address: str) -> None:
-        """Follow a link in the score: select its chain and go to its frame."""
+        """Follow a link in the score: select the chain and go to the frame of the link."""
         chain, _, frame = address.removeprefix("at:").rpartition("/")
         if self.running and chain:
             document = self._program.document

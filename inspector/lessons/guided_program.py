@@ -1,4 +1,4 @@
-"""The parts of the program that lessons and exercises use, independent of the window."""
+"""The parts of the program that lessons and exercises use, without the window itself."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class GuidedProgram:
     actions
         The actions of the program, keyed by id.
     list_all
-        A function that removes the filter from the list of intervals and returns a function that
-        restores it.
+        A function that clears the filter of the list of intervals, and returns a function that
+        restores the filter.
     show_intervals, show_teaching
-        Functions that bring the tab of intervals or of teaching to the front.
+        Functions that bring the intervals tab or the teaching tab to the front.
     """
 
     document: Document

@@ -1,4 +1,4 @@
-"""Put the person's clip aside during a lesson or an exercise, and restore it afterwards."""
+"""Put the user's clip aside during a lesson or an exercise, and restore it afterwards."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _OVER = tr(
 class Aside:
     """The user's own clip while it is put aside, and a folder for the borrowed clip.
 
-    A borrowed clip is a clip that a lesson or an exercise has opened. Meanwhile, the user's review
-    stays in memory; its unsaved changes are also in its journal on disk.
+    A borrowed clip is a clip that a lesson or an exercise has opened. While it is open, the user's
+    review stays in memory; unsaved changes are also in the journal on disk.
     """
 
     def __init__(self, document: Document) -> None:
@@ -40,22 +40,22 @@ class Aside:
 
     @property
     def own(self) -> Analysed | None:
-        """Return the user's own clip, whether open or put aside, or None if there is none."""
+        """The user's own clip, whether it is open or put aside, or None if there is none."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data
 
     def folder(self) -> Path:
-        """Return the folder for the borrowed clip and for the files that its review writes."""
+        """Return the folder for the borrowed clip and the files of its review."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
         return self._folder
 
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
-        """Open a borrowed clip. The user's own clip is put aside first.
+        """Put the user's own clip aside, and open a borrowed clip.
 
-        `why` is the reason why the clip's review is not saved, as a sentence. `signed` is True if
-        decisions still carry the reviewer's name.
+        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
+        decisions carry the reviewer's name.
         """
         document = self._document
         document.leaving.emit()
@@ -71,7 +71,7 @@ class Aside:
     def _to_keep(self) -> Path:
         """Return the folder for exports of a borrowed clip.
 
-        This is the folder of the user's own clip, or the home folder if there is none.
+        This is the folder of the user's own clip or, without such a clip, the home folder.
         """
         own = self._kept[0].clip.path.absolute() if self._kept is not None else None
         return Path.home() if own is None or ASSETS in own.parents else own.parent
@@ -79,7 +79,7 @@ class Aside:
     def put_back(self) -> None:
         """Show the user's own clip again, exactly as it was.
 
-        If no clip was open before, the borrowed clip stays open, but only for viewing.
+        If no clip was open before, the borrowed clip stays open, only for viewing.
         """
         if self._folder is None:
             return

@@ -32,9 +32,14 @@ _GUIDE_WIDTH = 330  # pixels
 
 @dataclass(eq=False)
 class LessonActions:
-    """The actions that start lessons, the exercise and the five trackers.
+    """The actions that start lessons, the exercise and the window of the five trackers.
 
-    `dock` has the guide card. During a lesson, it is shown below the dock `above`.
+    Attributes
+    ----------
+    dock
+        The dock with the guide card.
+    above
+        The dock below which the guide card is shown during a lesson.
     """
 
     program: GuidedProgram
@@ -59,7 +64,7 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that come with the program. It is filled when first opened."""
+        """Add a menu of the lessons that come with the program, filled when first opened."""
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -68,13 +73,13 @@ class LessonActions:
         self.lessons_menu.aboutToShow.connect(self._fill_menu)
 
     def _add_page_keys(self) -> None:
-        """Let Page Down and Page Up turn the pages of a lesson during a presentation."""
+        """Let Page Down and Page Up turn the pages of a lesson in a presentation."""
         for key, button in (
             (Qt.Key.Key_PageDown, self.player.forward),
             (Qt.Key.Key_PageUp, self.player.back),
         ):
             turn = QShortcut(QKeySequence(key), self.window, enabled=False)
-            turn.setContext(Qt.ShortcutContext.ApplicationShortcut)  # in a floating panel, too
+            turn.setContext(Qt.ShortcutContext.ApplicationShortcut)  # also in a floating panel
             turn.activated.connect(button.click)
             self.program.actions["presentation"].toggled.connect(turn.setEnabled)
 
@@ -98,12 +103,12 @@ class LessonActions:
         self.play(in_language(TOUR))
 
     def open_lesson(self) -> None:
-        """Ask for a lesson file and start the lesson."""
+        """Ask for a lesson file, and start the lesson."""
         pattern = tr("Lessons (*.md)")
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Start a lesson. If it cannot be read, show the reason and change nothing."""
+        """Start a lesson. If it cannot be read, show the reason and change nothing else."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -118,7 +123,7 @@ class LessonActions:
         self.player.begin(lesson, self._refuse)
 
     def _offer_next(self) -> None:
-        """Offer the next lesson and the exercise in a message that disappears after a while."""
+        """Offer the next lesson and the exercise, in a message that disappears after a while."""
         assert self._lesson is not None
         lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
         names = [path.name for path in lessons]
@@ -132,7 +137,7 @@ class LessonActions:
         self.window.bar.offer(text, tuple(answers))
 
     def _refuse(self, error: Exception) -> None:
-        """End the lesson, and show the reason why it could not be started."""
+        """End the lesson, and show why it could not be started."""
         self.window.statusBar().clearMessage()
         self.player.end()
         self.program.document.message.emit(str(error), True)
@@ -142,7 +147,7 @@ class LessonActions:
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place and view to the clipboard, as settings for a lesson page."""
+        """Copy the current place and view to the clipboard, as the settings of a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)

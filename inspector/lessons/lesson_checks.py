@@ -1,4 +1,4 @@
-"""Check the conditions of a lesson page, and fulfil them for the "Show me" button."""
+"""Check the conditions of a lesson page, and meet them when the user presses "Show me"."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_holds, word_of
+from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_meets, word_of
 from inspector.session.open_clip import Show
 from twistcore.detection import Kind
 from twistcore.detection.runs import runs
 from twistcore.review import Decision, Judged
 
-_NEARLY = 0.05  # degrees: sliders have steps of a tenth
+_NEARLY = 0.05  # degrees; sliders have steps of a tenth of a degree
 _TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # close enough to a singularity
 _NUDGED = np.radians(0.5)
-_SHOWN = 15.0  # degrees added to the required angle, for a clear result
+_SHOWN = 15.0  # degrees added to the required angle, for a visible result
 _TWIST = np.radians(75.0)
-_TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and how many values of it are tried
+_TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and the number of values of τ to try
 
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page: the state at its start, and the singularities nudged since.
+    """A visit to a page: the state at its start, and the singularities nudged since then.
 
     Attributes
     ----------
@@ -34,6 +34,8 @@ class Visit:
         The frame at the start.
     chain
         The chain of the page, or '' for any chain.
+    met
+        The singularities that have been nudged: 'swing', 'bend'.
     """
 
     program: GuidedProgram
@@ -45,21 +47,22 @@ class Visit:
 Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], object]]
 
 
-def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
+def all_met(visit: Visit, conditions: Sequence[Condition]) -> bool:
     """Return True if every condition is met.
 
-    Each condition is checked even if an earlier one is not met, because some checks store what has
-    been done so far.
+    Each condition is checked even if an earlier one is not met, because some checks record what the
+    user has done.
     """
     met = [CHECKS[c.name][0](visit, c) for c in conditions]
     return all(met)
 
 
-def do(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Fulfil all conditions with the same actions that the user would perform."""
+def meet_all(visit: Visit, conditions: Sequence[Condition]) -> None:
+    """Meet all conditions with the same actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
-        if condition.name == "nudged" or not check(visit, condition):  # once met, it remains met
+        # Every other condition stays met once it is met
+        if condition.name == "nudged" or not check(visit, condition):
             act(visit, condition)
 
 
@@ -88,7 +91,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Change the what-if of the frame for the page's chain, with the teaching tab in front."""
+    """Change the what-if values of the page's chain, with the teaching tab in front."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -102,7 +105,7 @@ def _lit(visit: Visit, condition: Condition) -> bool:
 
 def _light(visit: Visit, condition: Condition) -> None:
     visit.program.show_teaching()
-    visit.program.taught.light(condition.words[0])
+    visit.program.taught.highlight(condition.words[0])
 
 
 def _swung(visit: Visit, condition: Condition) -> bool:
@@ -115,7 +118,7 @@ def _swung(visit: Visit, condition: Condition) -> bool:
 def _swing(visit: Visit, condition: Condition) -> None:
     angle = min(condition.amount + _SHOWN, 180.0)
     _alter(visit, swing=np.radians(angle), toward=None)
-    if not _swung(visit, condition):  # a sideways nudge makes it less than 180°
+    if not _swung(visit, condition):  # a sideways nudge makes the swing smaller than 180°
         _alter(visit, nudge=0.0)
 
 
@@ -130,7 +133,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """Return True if the frame had an error before the correction, even if it is corrected now."""
+    """Return True if the what-if values contain an error, even if it is corrected afterwards."""
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -140,7 +143,7 @@ def _opposed(visit: Visit, _: Condition) -> bool:
 def _oppose(visit: Visit, condition: Condition) -> None:
     twist = visit.program.taught.what_if.twist
     far = np.copysign(max(abs(twist), _TWIST), twist)
-    # The frame's own change may have the opposite sign, and near a singularity angles jump.
+    # The motion's own change may have the opposite sign, and angles jump near a singularity.
     for nudge in (visit.program.taught.what_if.nudge, 0.0):
         for angle in (twist or _TWIST, far, -far):
             _alter(visit, counter=True, twist=float(angle), nudge=nudge)
@@ -157,7 +160,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """Return True if every singularity named in the condition has been nudged."""
+    """Return True if every singularity in the condition has been nudged."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -191,7 +194,7 @@ def _apply(visit: Visit, _: Condition) -> None:
 def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
     """Return an interval of the required kind with the given decision, or None.
 
-    This is the selected interval if it matches, or the first matching one.
+    If the selected interval matches, it is returned, else the first match.
     """
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
@@ -223,7 +226,7 @@ def _accept(visit: Visit, condition: Condition) -> None:
 def _insert(visit: Visit, condition: Condition) -> None:
     """Insert an interval of the required kind at the page's frame.
 
-    It is inserted in the page's chain if possible, or else in another chain.
+    The interval is inserted in the page's chain if possible, else in another chain.
     """
     document = visit.program.document
     assert document.data is not None
@@ -239,7 +242,7 @@ def _insert(visit: Visit, condition: Condition) -> None:
 
 
 def _tau_set(visit: Visit, condition: Condition) -> bool:
-    return tau_holds(condition, visit.program.document.review.state.tau[visit.chain])
+    return tau_meets(condition, visit.program.document.review.state.tau[visit.chain])
 
 
 def _set_tau(visit: Visit, condition: Condition) -> None:
@@ -247,14 +250,14 @@ def _set_tau(visit: Visit, condition: Condition) -> None:
 
 
 def _listed(visit: Visit, condition: Condition) -> bool:
-    """Return True if the required number of counter-twists is listed in the page's chain."""
+    """Return True if the page's chain has the required number of counter-twists."""
     own = (j.interval for j in visit.program.document.intervals)
     count = sum(i.chain == visit.chain and i.kind == Kind.COUNTER_TWIST for i in own)
     return count == condition.amount
 
 
 def _list(visit: Visit, condition: Condition) -> None:
-    """Set τ to the middle of the widest range in which the required number is listed."""
+    """Set τ to the middle of the widest range that gives the required number of intervals."""
     document = visit.program.document
     tau = np.radians(np.geomspace(*_TAU, _TRIED))
     found = (document.detector.intervals(visit.chain, float(t)) for t in tau)
@@ -264,8 +267,8 @@ def _list(visit: Visit, condition: Condition) -> None:
         document.set_tau(float(tau[(low + high - 1) // 2]), visit.chain)
 
 
-# "Show me" fulfils the conditions in this order, in which no later one undoes an earlier one.
-# Accepting selects other frames and chains, which resets a what-if; a nudge is remembered.
+# "Show me" meets the conditions in this order, in which no step undoes an earlier one. Accepting an
+# interval selects another frame and chain, which resets what-if values; a nudge is recorded.
 CHECKS: dict[str, Check] = {
     "accepted": (_accepted, _accept),
     "moved": (_moved, _move),

@@ -26,11 +26,11 @@ def word_of(kind: Kind) -> str:
 _KINDS = tuple(map(word_of, Kind))
 
 _MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0, "tau": 180.0}  # the limits of the sliders
-FARTHEST = 170.0  # degrees of twist up to which the direction of a child's turn is known
+FARTHEST = 170.0  # degrees of twist up to which the child's direction of rotation is known
 
 _COUNTED = ("frames", "intervals")
 
-# Each condition with its argument, as in the documentation.
+# Each condition with the form of its argument, as in the documentation.
 CONDITIONS = {
     "moved": "frames",
     "seen": "|".join(LOOKS),
@@ -69,7 +69,7 @@ class Condition:
 def read_conditions(text: str) -> tuple[Condition, ...]:
     """Read conditions separated by commas. Raises ValueError with the expected text.
 
-    All conditions of a page must be met at the same time, so conflicting ones are rejected.
+    All conditions of a page must be met at the same time, so conflicting conditions are rejected.
     """
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
@@ -92,10 +92,10 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     return tuple(conditions)
 
 
-def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """Return True if the settings of the page itself meet all conditions.
+def met_from_start(conditions: Sequence[Condition], place: LessonPlace) -> bool:
+    """Return True if the settings of the page alone meet all conditions.
 
-    Such a task would be done from the start.
+    The task of such a page would be done from the start.
     """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing
@@ -106,12 +106,12 @@ def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
         "twist": lambda c: abs(altered.twist) >= math.radians(c.amount),
         "along": lambda _: not altered.counter,
         "applied": lambda c: altered.applied >= c.amount,
-        "tau": lambda c: place.tau is not None and tau_holds(c, place.tau),
+        "tau": lambda c: place.tau is not None and tau_meets(c, place.tau),
     }
     return bool(conditions) and all(c.name in set_so and set_so[c.name](c) for c in conditions)
 
 
-def tau_holds(condition: Condition, tau: float) -> bool:
+def tau_meets(condition: Condition, tau: float) -> bool:
     """Return True if τ, in radians, meets a condition named 'tau'."""
     degrees = round(math.degrees(tau), 6)
     return (
@@ -160,9 +160,9 @@ def _number(text: str, expected: str, most: float = math.inf) -> float:
         number = float(text)
     except ValueError:
         raise ValueError(expected) from None
-    if not (math.isfinite(number) and number > 0.0):  # a condition that always holds is no task
+    if not (math.isfinite(number) and number > 0.0):  # a condition that is always met is no task
         raise ValueError(tr("{expected}, greater than 0", expected=expected))
-    if number > most:  # neither is a condition that never holds
+    if number > most:  # neither is a condition that is never met
         raise ValueError(
             tr("{expected}, greater than 0 and at most {most:g}", expected=expected, most=most)
         )

@@ -1,4 +1,4 @@
-"""Read a lesson from a Markdown file: its pages, and the clip and place that each page shows."""
+"""Read a lesson from a Markdown file: its pages, with the clip and the place that each shows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from inspector.bundled import ASSETS
 from inspector.language import of_core, tr
-from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
+from inspector.lessons.lesson_conditions import Condition, met_from_start, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import LessonPlace as LessonPlace
 from twistcore.errors import FormatError, TwistError
@@ -17,9 +17,9 @@ from twistcore.files.document_values import bytes_of, shown_value
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
-KEYS = ("clip", *FIELDS, "done")  # keys of a page's settings
+KEYS = ("clip", *FIELDS, "done")  # keys in the settings of a page
 _HEAD = ("title", "clip")
-_MOST_BYTES = 10_000_000  # this program's files have a few kilobytes
+_MOST_BYTES = 10_000_000  # files written by this program have a few kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 
 
@@ -33,6 +33,8 @@ class LessonPage:
         The text, as Markdown with TeX between $…$.
     task
         The task, or ''.
+    place
+        The place in a clip that the page shows.
     done
         The conditions under which the task is done.
     at
@@ -52,7 +54,7 @@ class LessonPage:
     def line(self, key: str) -> int:
         """Return the line number of a setting.
 
-        If the page inherits the setting, this is the line number of its heading.
+        For a setting inherited from an earlier page, this is the line number of the page's heading.
         """
         return self.lines.get(key, self.at)
 
@@ -91,7 +93,7 @@ def read_lesson(path: Path) -> LessonFile:
 
 
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
-    """Return the settings in the front matter, and the number of the line after it.
+    """Return the settings at the top of the file, and the index of the line after them.
 
     The settings are a dict of key → (line number, value).
     """
@@ -110,7 +112,7 @@ def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, st
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """Return the line numbers of the headings, ignoring '#' inside code fences."""
+    """Return the indices of lines with a heading, ignoring '#' inside code fences."""
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -121,7 +123,7 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """Read a page, from its heading to the next one. `before` is the previous page, if any."""
+    """Read a page, from its heading to the next heading. `before` is the previous page's place."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
@@ -142,7 +144,8 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
             )
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
-    # A page inherits the place of the previous page, but not the parts that it shows there.
+    # A page inherits the place of the previous page, but not the page's list of symbols and
+    # highlight.
     place = LessonPlace(before.clip, before.frame, before.chain, before.camera)
     done: tuple[Condition, ...] = ()
     for key, (line, value) in settings.items():
@@ -155,7 +158,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
                 place = replace(place, **FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
-    if hold_at_once(done, place):
+    if met_from_start(done, place):
         line, value = settings["done"]
         raise _error(path, line, tr("a task that is not already done when the page opens"), value)
     body, task = body_and_task(text)
@@ -164,7 +167,10 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page, and its task: the quoted paragraph at the end, as one line."""
+    """Return the text of a page, and its task as one line.
+
+    The task is the quoted paragraph at the end.
+    """
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):
@@ -176,9 +182,9 @@ def body_and_task(lines: list[str]) -> tuple[str, str]:
 def _pairs(
     path: Path, lines: list[str], start: int, stop: int, known: tuple[str, ...]
 ) -> dict[str, tuple[int, str]]:
-    """Return lines of the form 'key: value' as key → (line number, value).
+    """Return lines of the form 'key: value' as a dict of key → (line number, value).
 
-    Line numbers count from 1. `known` are the allowed keys.
+    Line numbers are counted from 1. `known` are the allowed keys.
     """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):
@@ -196,7 +202,7 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """Return the path of a clip in the lesson's folder or of a bundled clip."""
+    """Return the path of a clip in the lesson's folder, or of a bundled clip."""
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):

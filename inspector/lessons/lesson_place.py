@@ -17,16 +17,19 @@ from twistcore.analysis.decomposition import WhatIf
 from twistcore.detection import DETECTORS
 
 TABS = ("teaching", "intervals")
-_DIGITS = 9  # digits of a frame number, of which no clip needs more
-_NEAREST = 100.0  # ratio to the size at which the program shows the limb
+_DIGITS = 9  # maximum number of digits of a frame number
+_NEAREST = 100.0  # largest zoom factor
 LOOKS = ("before", "after", "both")
 
 
 @dataclass(frozen=True)
 class Camera:
-    """The direction from which the limb is seen, in radians; azimuth 0 is in front of the figure.
+    """The direction of view to a limb, in radians. Azimuth 0 is in front of the figure.
 
-    `zoom` is the size of the limb relative to its default size.
+    Attributes
+    ----------
+    zoom
+        The size of the limb relative to its default size.
     """
 
     azimuth: float
@@ -36,19 +39,34 @@ class Camera:
 
 @dataclass(frozen=True)
 class LessonPlace:
-    """The place and view that a page shows.
+    """The place and the view that a page shows.
 
-    - frame: the frame number, from 0
-    - chain: the name of a chain or limb, '' for none
-    - camera: the direction of view, None if the program chooses it
-    - show: the symbols whose rows are listed, () for all
-    - lit: the symbol to highlight, or ''
-    - stage: the stage of P's rotation, as in TaughtFrame.stage
-    - tab: the tab in front, one of TABS
-    - look: the look of the figure, one of LOOKS
-    - skin: True for the striped skin, False for bones
-    - tau: τ of the chain in radians, None for the detector's automatic τ
-    - detector: the name of a detector, '' for the default
+    Attributes
+    ----------
+    frame
+        The frame number, from 0.
+    chain
+        The name of a chain or limb; '' for none.
+    camera
+        The direction of view; None if the program chooses it.
+    show
+        The symbols whose rows are listed; () for all.
+    lit
+        The symbol to highlight, or ''.
+    what_if
+        The what-if values of the frame.
+    stage
+        The stage of the parent's rotation, as in TaughtFrame.stage.
+    tab
+        The tab in front, one of TABS.
+    look
+        Which figures are shown, one of LOOKS.
+    skin
+        True for the striped skin, False for bones.
+    tau
+        τ of the chain in radians; None for the detector's automatic τ.
+    detector
+        The name of a detector; '' for the default.
     """
 
     clip: Path
@@ -152,7 +170,7 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
-    """Return a function that reads an angle from `low` to `high` in degrees and returns radians."""
+    """Return a function that reads an angle from `low` to `high` degrees and returns radians."""
     expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
@@ -169,7 +187,7 @@ def _share(text: str) -> float:
 
 def _direction(text: str) -> tuple[float, ...]:
     x, y, z = _numbers(text, 3, tr("a direction x y z after 'toward'"))
-    length = math.hypot(x, y, z)  # does not overflow for large numbers
+    length = math.hypot(x, y, z)  # `hypot` does not overflow for large numbers
     if not 1e-9 <= length < math.inf:
         raise ValueError(tr("a direction other than 0 0 0 after 'toward'"))
     return (x / length, y / length, z / length)
@@ -185,7 +203,7 @@ _ALTERED: Mapping[str, Callable[[str], Any]] = {
     "applied": _share,
 }
 
-# Readers of the fields of a LessonPlace, keyed by field.
+# Functions that read the fields of a LessonPlace, keyed by the field's name in a file.
 FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "frame": _frame,
     "chain": lambda name: {"chain": name},
@@ -204,7 +222,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 
 
 def settings(place: LessonPlace) -> str:
-    """Return the settings of a place as text for a lesson file. The clip's folder is left out."""
+    """Return the settings of a place as text for a lesson file, without the clip's folder."""
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
         lines.append(f"chain: {place.chain}")
@@ -249,8 +267,5 @@ def _alterations(place: LessonPlace) -> list[str]:
 
 
 def _short(number: float, digits: int) -> str:
-    """Return a number as text without trailing zeros and without −0.
-
-    `digits` is the number of decimals.
-    """
+    """Return a number as text with at most `digits` decimals, without trailing zeros and −0."""
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

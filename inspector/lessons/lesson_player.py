@@ -1,4 +1,4 @@
-"""Run a lesson: show its pages, set up the program for each, and check its task."""
+"""Run a lesson: show its pages, set up the program for each page, and check the tasks."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QPushButton
 from inspector.language import tr
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_checks import Visit, all_hold, do
+from inspector.lessons.lesson_checks import Visit, all_met, meet_all
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
 from inspector.lessons.page_in_clip import chain_of
@@ -22,11 +22,11 @@ from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
 from twistcore.tuning import Profile
 
-Clips = dict[tuple[Path, str], Analysed]  # keyed by their path in the lesson and the detector
+Clips = dict[tuple[Path, str], Analysed]  # keyed by the path in the lesson and the detector
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
-    """Return copies of a lesson's clips, made in `folder`.
+    """Return copies of a lesson's clips, written to `folder`.
 
     Raises TwistError if a page does not fit its clip.
     """
@@ -35,7 +35,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
         place = page.place
         key = place.clip, place.detector
         if key not in clips:
-            own = folder / str(len(clips))  # two clips may have the same name
+            own = folder / str(len(clips))  # two clips may have the same file name
             own.mkdir(exist_ok=True)
             clip = read_bvh(Path(shutil.copy(place.clip, own)))
             clips[key] = analyse_clip(clip, Profile({}, place.detector))
@@ -44,11 +44,11 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Guides a person through a lesson on copies of its clips. The user's own clip is put aside."""
+    """Guides the user through a lesson on copies of its clips. The user's own clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
-    finished = Signal()  # the last page was left by Finish, after `ended`
+    finished = Signal()  # the user has finished the last page; emitted after `ended`
 
     def __init__(self, program: GuidedProgram, parent: QObject) -> None:
         super().__init__(parent)
@@ -56,7 +56,7 @@ class LessonPlayer(QObject):
         self._clips: Clips = {}
         self._visit = Visit(program, 0)
         self._view_before: ViewBefore | None = None  # the view before the lesson
-        self._preparing = False  # while a page is being set up, its task must not be checked
+        self._preparing = False  # while a page is being set up, its task is not checked
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
@@ -85,7 +85,7 @@ class LessonPlayer(QObject):
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
         """Read copies of the clips in the background, then show the first page.
 
-        `failed` is called with the error if a clip cannot be read.
+        If a clip cannot be read, `failed` is called with the error.
         """
         folder = self._program.aside.folder()
         self.pages = lesson.pages
@@ -93,12 +93,12 @@ class LessonPlayer(QObject):
         self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
 
     def end(self) -> None:
-        """End the lesson and show the user's own clip again."""
+        """End the lesson, and show the user's own clip again."""
         self._task.cancel()
         if self.at >= 0:
             self.at = -1
             self._program.taught.reset()
-            self._program.taught.unlight()
+            self._program.taught.remove_highlight()
             self._program.taught.set_rows(())
         if self._view_before is not None:
             self._view_before.restore()
@@ -114,7 +114,7 @@ class LessonPlayer(QObject):
         self._go(0)
 
     def _turn(self, pages: int) -> None:
-        if self.at >= 0:  # the buttons of the last lesson may still be visible
+        if self.at >= 0:  # the buttons of the previous lesson may still be visible
             self._go(self.at + pages)
 
     def _go(self, at: int) -> None:
@@ -139,7 +139,7 @@ class LessonPlayer(QObject):
     def _show(self) -> None:
         if self.at < 0:  # the user's own clip is still open
             return
-        do(self._visit, self.pages[self.at].done)
+        meet_all(self._visit, self.pages[self.at].done)
         taught = self._program.taught
         if taught.what_if.swing is not None or taught.what_if.bend is not None:
             self._program.viewport.focus_chain(self._program.settings.turn_ms)
@@ -149,5 +149,5 @@ class LessonPlayer(QObject):
         if self.at < 0 or self._preparing or guide.done:
             return
         done = self.pages[self.at].done
-        if done and all_hold(self._visit, done):
+        if done and all_met(self._visit, done):
             guide.set_done(True)

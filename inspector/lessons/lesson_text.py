@@ -1,4 +1,4 @@
-"""Show the text of a page: Markdown, with TeX between $…$ that is typeset like the equations."""
+"""Show the text of a page: Markdown with TeX between $…$, typeset like the equations."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.typeset import EM, Typesetter
 
 _TEX = re.compile(r"(?<![\\$])\$([^$\n]+)\$(?!\$)")
-_SIZE = 0.95  # size of a formula, in font heights
+_SIZE = 0.95  # size of a formula relative to the font's height
 _FEATURES = QTextDocument.MarkdownFeature
 _MARKDOWN = _FEATURES.MarkdownDialectGitHub | _FEATURES.MarkdownNoHTML
 
 
 def formulas(markdown: str) -> tuple[str, ...]:
-    """Return the formulas of a text as TeX, without repetitions."""
+    """Return the formulas in a text as TeX, each only once."""
     return tuple(dict.fromkeys(_TEX.findall(markdown)))
 
 
 class LessonText(QTextBrowser):
-    """A text view in which formulas appear as TeX source until they are typeset."""
+    """A text view for Markdown. Formulas appear as TeX source until they are typeset."""
 
     def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__(openLinks=False)
@@ -49,14 +49,15 @@ class LessonText(QTextBrowser):
         self._render()
 
     def set_size(self, pixels: int) -> None:
-        """Set the size of the type; formulas have the size of the text."""
+        """Set the font size in pixels. Formulas have the size of the text."""
         font = self.font()
-        font.setPointSizeF(72.0 * pixels / self.logicalDpiY())  # Qt sets paragraphs apart by points
+        # In points, by which Qt sets the distance of paragraphs
+        font.setPointSizeF(72.0 * pixels / self.logicalDpiY())
         self.setFont(font)
         self._render()
 
     def show_markdown(self, text: str) -> None:
-        """Show a text, scrolled to its top."""
+        """Show a text from its beginning."""
         self._markdown = text
         if wanted := formulas(text):
             self._typesetter.start(wanted)
@@ -78,16 +79,16 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """Return the image of a formula. Qt calls this after every change of the text.
+        """Return the image of a formula. Qt calls this method after every change of the text.
 
-        For all other addresses in a lesson, return an empty image, because Qt would try to open a
-        file and would block if this is a pipe.
+        For any other address, return an empty image. Qt would try to open a file with this address,
+        and would block if the file is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
-        """Return an image of a formula, with the baseline one font descent above the lower edge."""
+        """Return an image of a formula. Its baseline is one font descent above the lower edge."""
         formula = self._typesetter.formula(tex)
         assert formula is not None
         metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
@@ -108,7 +109,7 @@ class LessonText(QTextBrowser):
         return picture
 
     def _lower_images(self) -> None:
-        """Align the baselines of formulas with the text. By default, Qt places images higher."""
+        """Align the baselines of formulas with the text, because Qt places images higher."""
         lowered = QTextCharFormat()
         lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
         block = self.document().begin()
@@ -122,7 +123,7 @@ class LessonText(QTextBrowser):
 
 
 def _nothing() -> QImage:
-    """Return a transparent image."""
+    """Return a transparent image of one pixel."""
     picture = QImage(1, 1, QImage.Format.Format_ARGB32)
     picture.fill(Qt.GlobalColor.transparent)
     return picture

@@ -1,4 +1,4 @@
-"""Collect clip data for the web page of a lesson: only frames near the ones in its pages."""
+"""Collect the data for the web page of a lesson: only frames near the frames of its pages."""
 
 from __future__ import annotations
 
@@ -23,19 +23,22 @@ from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.limb import Limb
 
-_MORE = 10  # frames beyond the number that a task asks for
+_MORE = 10  # additional frames if a task asks the user to move by some frames
 
 
 @dataclass(frozen=True)
 class Window:
-    """The range of frames of a page, from first to last, both included."""
+    """The range of frames of a page. `first` and `last` are both included."""
 
     first: int
     last: int
 
 
 class PageData:
-    """Collects the data that the pages of a lesson show, and stores shared data only once."""
+    """Collects the data that the pages of a lesson show.
+
+    Data that several pages use are stored only once.
+    """
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
@@ -77,7 +80,7 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Return (clip, span of frames), with overlapping windows of a clip joined.
+        """Return pairs (clip, span of frames), in which overlapping windows of a clip are joined.
 
         Each span also includes the frame before its first window.
         """
@@ -100,7 +103,7 @@ class PageData:
     # -- their data ---------------------------------------------------------------------------
 
     def _figure(self, clip: Path) -> dict[str, Any]:
-        """Return the mesh of the figure in a clip, and the lines of the ground."""
+        """Return the mesh of a clip's figure, and the lines of the ground."""
         data = self._clips[clip]
         skeleton = data.motion.skeleton
         up = guess_up(data.positions, find_chains(data.motion), skeleton)
@@ -126,9 +129,9 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
-        """Return the index of a chain in a span, and add the chain's signals if it is new.
+        """Return the index of a chain in a span. Add the signals of the chain if it is new.
 
-        `tau` is the page's τ, or None for the detector's automatic τ.
+        `tau` is the τ of the page, or None for the detector's automatic τ.
         """
         if tau is None:
             tau = data.review.state.tau.get(chain.name, 0.0)
@@ -187,9 +190,9 @@ class PageData:
         }
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
-        """Return the joints that the correction changes, with their corrected rotations, or None.
+        """Return the joints that the correction changes with their corrected rotations, or None.
 
-        All intervals except rejected ones are applied.
+        All intervals except rejected ones are corrected.
         """
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1
@@ -209,7 +212,7 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return the joints P and C of a chain or limb, and E of a limb, or −1 for a chain."""
+    """Return the joint indices of the parent, the child and a limb's end (−1 for a chain)."""
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1

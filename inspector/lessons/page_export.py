@@ -20,7 +20,8 @@ from twistcore.errors import TwistError
 class PageExport(QObject):
     """Exports a lesson as a web page.
 
-    `show` is a function that shows a sentence to the user, with True for an error.
+    `show` is a function that shows a sentence to the user; its second argument is True for an
+    error.
     """
 
     def __init__(self, window: QWidget, show: Callable[[str, bool], object]) -> None:
@@ -48,7 +49,7 @@ class PageExport(QObject):
         self._ask_where(lesson)
 
     def _ask_where(self, lesson: LessonFile) -> None:
-        own = not lesson.path.is_relative_to(ASSETS)  # no page in the program's folder
+        own = not lesson.path.is_relative_to(ASSETS)  # do not write to the program's folder
         folder = lesson.path.parent if own else Path.home()
         ask_where(
             self._window, tr("Export lesson as web page to"), tr("Web pages (*.html)"),

@@ -11,14 +11,14 @@ from twistcore.errors import FormatError
 from twistcore.files.document_values import shown_words
 from twistcore.skeleton.chain import Chain
 
-_OF_CHAINS = ("swing", "counter")  # measured for chains only
-_OF_THE_CHAIN = ("tau", "listed")  # of the page's chain
+_OF_CHAINS = ("swing", "counter")  # conditions that are only defined for chains
+_OF_THE_CHAIN = ("tau", "listed")  # conditions for the page's chain
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb of a page, or None if the page is not about one.
+    """Return the chain or limb of a page, or None if the page has none.
 
-    `data` is the page's clip. Raises FormatError if the clip lacks the chain, the frame, or
+    `data` is the clip of the page. Raises FormatError if the clip lacks the chain, the frame, or
     something that the task needs, such as enough frames, an interval of the required kind, or the
     angles of a chain.
     """
@@ -73,7 +73,7 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
 
 
 def _kinds(data: Analysed) -> set[str]:
-    """Return the names of the kinds of intervals that a clip has or that a user can insert."""
+    """Return the names of the kinds of intervals that a clip contains or that a user can insert."""
     kinds = {judged.interval.kind for judged in data.review.state.intervals}
     limbs = len(data.chains_and_limbs) - len(data.chains)
     kinds |= {Kind.COUNTER_TWIST} if data.chains else set()

@@ -1,4 +1,4 @@
-"""Convert a lesson's Markdown to HTML, and its TeX to outlines, for a web page."""
+"""Convert the Markdown of a lesson to HTML, and its TeX to outlines, for a web page."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from markupsafe import Markup, escape
 
 from inspector.widgets.typeset import EM, outlines
 
-_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # keyed by path code
+# SVG letter and number of points, keyed by matplotlib's path code
+_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}
 _TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
-    """Formulas as SVG in the colour of the text, keyed by their TeX source."""
+    """Formulas as SVG images in the colour of the text, keyed by their TeX source."""
 
     def __init__(self, texts: Iterable[str]) -> None:
         self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
@@ -26,19 +27,19 @@ class Formulas:
     def outline(self, tex: str) -> dict[str, Any]:
         """Return the outline of a formula as an SVG path, and its box (left, top, width, height).
 
-        The y axis points down; there are 100 units per em.
+        The y axis points down. An em is 100 units long.
         """
         vertices, codes = self._set(tex)
-        corners = vertices[codes != 79]  # a closing code has no point of its own
+        corners = vertices[codes != 79]  # the code that closes a path has no point of its own
         (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
         box = [round(float(x), 1) for x in (left, -high, right - left, high - low)]
         return {"d": _path(vertices, codes), "box": box}
 
     def svg(self, tex: str, words: str = "") -> Markup:
-        """Return a formula as an inline image on the baseline. `words` is the alternative text."""
+        """Return a formula as an inline image on the baseline, with `words` as alternative text."""
         shape = self.outline(tex)
         left, top, wide, high = shape["box"]
-        em = 1.12  # makes a formula look as large as the text around it
+        em = 1.12  # with this scale, a formula looks as large as the text around it
         size = f"width:{em * wide / EM:.3f}em;height:{em * high / EM:.3f}em"
         below = f"vertical-align:{-em * (top + high) / EM:.3f}em"
         return Markup(
@@ -68,7 +69,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """Return True for a web or mail address. Scripts and local files are not allowed."""
+    """Return True for a web or mail address, but not for scripts and local files."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 
@@ -87,7 +88,7 @@ def _tex_rule(formulas: Formulas) -> Any:
         tex = tokens[at].content
         try:
             return str(formulas.svg(tex))
-        except ValueError:  # cannot be typeset
+        except ValueError:  # the formula cannot be typeset
             return f"<code>${escape(tex)}$</code>"
 
     return rule

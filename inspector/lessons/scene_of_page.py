@@ -1,4 +1,4 @@
-"""Show the place of a lesson page in the program, and return the place that is shown now."""
+"""Show the place of a lesson page in the program, and describe the place that is shown now."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ViewBefore:
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
-    """Show a page's place in its clip `data`: the frame, chain, view, τ and symbols."""
+    """Show the place of a page: its frame, chain, view, τ and symbols. `data` is its clip."""
     document, taught = program.document, program.taught
     if document.data is not data:
         program.aside.show(data, _NOTHING_KEPT)
@@ -44,18 +44,18 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     in_front[place.tab]()
     document.set_show(Show(place.look))
     program.actions["skin"].setChecked(place.skin)
-    program.actions["side_by_side"].setChecked(False)  # the page determines which figure to show
+    program.actions["side_by_side"].setChecked(False)  # the page decides which figures are shown
     if place.chain:
         document.select_chain(place.chain)
     _set_taus(program, place)
     document.select_interval(_interval_at(program, place))
     document.go_to(place.frame)
     taught.reset()
-    taught.unlight()
+    taught.remove_highlight()
     taught.set_what_if(place.what_if)
     taught.set_stage(place.stage)
     if place.lit:
-        taught.light(place.lit)
+        taught.highlight(place.lit)
     taught.set_rows(place.show)
     program.viewport.focus_chain()
     if (camera := place.camera) is not None:
@@ -65,7 +65,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
 
 
 def _set_taus(program: GuidedProgram, place: LessonPlace) -> None:
-    """Set the page's τ for its chain, and the detector's automatic τ for all others."""
+    """Set the τ of the page for its chain, and the detector's automatic τ for all other chains."""
     document = program.document
     now = document.review.state.tau
     wanted = {name: document.detector.automatic_tau(name) for name in now}
@@ -75,7 +75,7 @@ def _set_taus(program: GuidedProgram, place: LessonPlace) -> None:
 
 
 def present_place(program: GuidedProgram) -> LessonPlace | None:
-    """Return the place that the program currently shows, or None without a clip."""
+    """Return the place that the program shows now, or None if no clip is open."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data
     if data is None:
@@ -102,7 +102,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """Return the id of the interval at the page's frame, or None.
 
-    Also returns None if the page shows the teaching tab.
+    The result is also None if the page shows the teaching tab.
     """
     if place.tab == TABS[0]:
         return None
@@ -121,7 +121,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the limb's default camera `best` with the page's direction and zoom.
+    """Return the limb's default camera `best`, with the direction and the zoom of a page.
 
     `facing` is the direction in which the figure faces.
     """

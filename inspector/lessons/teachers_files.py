@@ -1,4 +1,4 @@
-"""Write class exercises and score the students' answers."""
+"""Write class exercises, and score the students' answers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from inspector.language import plural, tr
-from inspector.lessons.classroom import scored, write_for_class
+from inspector.lessons.classroom import score_answers, write_for_class
 from inspector.lessons.interrupted_review import Aside
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_where
@@ -26,12 +26,14 @@ class TeachersFiles(QObject):
 
     Parameters
     ----------
+    aside
+        The user's own clip during an exercise.
     clips
-        The sample clips to use if no clip is open.
+        The sample clips, one of which is used if no clip is open.
     kind
         A function that returns the kind of exercise to write.
     show
-        A function that shows a sentence to the user, with True for an error.
+        A function that shows a sentence to the user; its second argument is True for an error.
     """
 
     def __init__(
@@ -48,7 +50,7 @@ class TeachersFiles(QObject):
         self._task = OneTask(self)
 
     def ask_write(self) -> None:
-        """Ask for a path and write an exercise there."""
+        """Ask for a path, and write an exercise to it."""
         wanted = Path("exercise.json")
         title = tr("Write an exercise")
         ask_where(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
@@ -71,12 +73,12 @@ class TeachersFiles(QObject):
         self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._failed)
 
     def ask_score(self) -> None:
-        """Ask for the key and the answers, and score them."""
+        """Ask for the key and the answers, and score the answers."""
         title = tr("Select the key and all answers")
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
-        """Score the answers and ask where to write the table."""
+        """Score the answers, and ask where to write the table of scores."""
 
         def ask(table: str) -> None:
             ask_where(
@@ -85,7 +87,7 @@ class TeachersFiles(QObject):
                 wanted=files[0].with_name("class.csv"), suffix="csv",
             )  # fmt: skip
 
-        self._task.run(lambda _: scored(files), ask, self._failed)
+        self._task.run(lambda _: score_answers(files), ask, self._failed)
 
     def write_table(self, path: Path, table: str) -> None:
         """Write the table of scores."""

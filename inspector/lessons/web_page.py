@@ -1,6 +1,6 @@
-"""Write a lesson as a web page that needs no network, with equations, sliders and a 3D figure.
+"""Write a lesson as a web page with equations, sliders and a 3D figure, which needs no network.
 
-Its template, styles and scripts are in assets/lesson_page.
+The template, the styles and the scripts of the page are in assets/lesson_page.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import encoded
 from twistcore.formats.bvh import read_bvh
 
-LARGEST = 5_000_000  # maximum bytes of a page
-_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits
+LARGEST = 5_000_000  # maximum size of a page in bytes
+# Seconds before and after a page's frame; the first value that fits is used
+_SPANS = (1.0, 0.5, 0.25, 0.1)
 _ELSEWHERE = ("accepted", "tau", "listed")  # conditions that only the program can check
 _SCRIPTS = (
     *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
@@ -101,7 +102,7 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
 
 
 def _json(data: Any) -> str:
-    """Return data as JSON with HTML characters escaped, to put it into a script element."""
+    """Return data as JSON for a script element, with HTML characters escaped."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -121,7 +122,7 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """Return the texts of the scripts with their translations, without untranslated ones."""
+    """Return the texts of the scripts with their translations, if they are translated."""
     texts = {found for name in _SCRIPTS for found in texts_of_script(page_part(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}

@@ -1,1 +1,1 @@
-"""Panels of the window: the tables, the forms, and the card of the selected interval."""
+"""The panels for reviewing: tables, filters, and the card of the selected interval."""

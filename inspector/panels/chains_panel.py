@@ -16,7 +16,7 @@ from inspector.language import of_core, tr, tr_as
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import (
@@ -44,7 +44,8 @@ _HEADS = (
     "τ",
     tr_as("short for azimuth", "Azim."),
 )
-_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # widest texts, from the second column on
+# Widest texts of the columns, without the first column
+_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")
 _TIPS = (
     tr(
         "Side and segment of the parent joint, then the joints' names in the file if they differ.\n"
@@ -72,14 +73,16 @@ _LIMB_TIPS = (
     ),
 )
 _PAD = 8  # pixels
-_NAME = of_core("Right ForeArm")  # room for this name takes precedence over the last columns
+_NAME = of_core("Right ForeArm")  # if there is no room for this name, the last columns are hidden
 _TICK = 24  # pixels
-_RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth is not reliable
+# The azimuth is unreliable below this ‖v⊥‖/‖v‖; v is the child's bone, v⊥ its part perpendicular to
+# the parent's bone
+_RELIABLE = 0.2
 
 
 @dataclass(frozen=True)
 class _Shown:
-    """A chain or limb as shown in the table; angles are in degrees."""
+    """A row of the table: a chain or limb. Angles are in degrees."""
 
     chain: str
     label: str
@@ -141,10 +144,10 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """The table of chains and limbs. The selected row is the current chain of the document.
+    """The table of chains and limbs. The selected row is the selected chain of the document.
 
-    A line above the table lists the limbs that could not be examined, next to a button for the
-    action `joint_names`.
+    A line above the table lists the limbs that could not be examined. Next to it is a button for
+    the action `joint_names`.
     """
 
     def __init__(self, document: Document, colours: Colours, joint_names: QAction) -> None:
@@ -167,8 +170,8 @@ class ChainsPanel(QWidget):
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
-        self._showing = False  # True while rows change, without any click
-        self._fixed: dict[str, _Shown] = {}  # keyed by chain: the values that do not depend on τ
+        self._showing = False  # True while rows are being changed by the program
+        self._fixed: dict[str, _Shown] = {}  # values that do not depend on τ, keyed by chain
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
         self.unexamined.setObjectName("warning")
@@ -244,7 +247,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people. It is visible only if the clip has several people."""
+        """Fill the list of people, which is visible only if the clip has several people."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -255,9 +258,9 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Show the first limb that was not examined, and the number of others."""
+        """Show the first limb that was not examined, and the number of other such limbs."""
         sentences = unexamined_sentences(self._document.data)
-        self.unexamined.setText(in_a_line(sentences))
+        self.unexamined.setText(one_line_summary(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
         data = self._document.data  # naming joints helps only if chains are missing

@@ -1,4 +1,4 @@
-"""The card of the selected interval: its error, the exact numbers, and the decision."""
+"""The card of the selected interval: its error, its exact numbers, and the decision."""
 
 from __future__ import annotations
 
@@ -47,15 +47,16 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 
-_RARE, _RARER = 0.7, 3.0  # log odds: the limb is half as often on this side, or hardly ever
-_UNBOUND = 16_777_215  # pixels: Qt's maximum
-_ARROWS = 28  # pixels of a number box for its arrows and borders
+# Log odds; above these, the limb is at most half as often on this side, or hardly ever
+_RARE, _RARER = 0.7, 3.0
+_UNBOUND = 16_777_215  # Qt's maximum size in pixels
+_ARROWS = 28  # pixels of a number field for its arrows and borders
 _FINE = 10.0  # degrees: smaller angles are shown with a decimal
-_LEAST = 0.05  # degrees: smaller offsets are not mentioned
+_LEAST = 0.05  # degrees: smaller offsets are not shown
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Track this burst")
-_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind may be open
 _NOT_CORRECTED = tr("There is no correction for this detection. Accept it to mark it as seen.")
 _MAY_INSERT = tr(
     "There is no correction for this detection. Accept it to mark it as seen, or press Insert if "
@@ -66,16 +67,16 @@ _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
 
 class DetailCard(QWidget):
-    """An explanation of the interval, fields for start, stop and δ, a note, and the decision."""
+    """A card with an explanation of the interval, its numbers, a note, and the decision."""
 
-    judged = Signal(object)  # Decision
-    quality_asked = Signal(object)  # Interval: a capture fault to show in Quality
-    end_turned = Signal()  # the person switched between 'kept' and 'carried along'
+    judged = Signal(object)  # with the Decision
+    quality_asked = Signal(object)  # with an Interval, a capture fault, to show in the quality tab
+    end_turned = Signal()  # the user switched between 'kept' and 'carried along'
 
     def __init__(self, document: Document) -> None:
         super().__init__()
         self._document = document
-        self._shown: int | None = None  # id of the interval whose note is in the form
+        self._shown: int | None = None  # id of the interval whose note is shown
         self._burst = Burst(document.begin_drag, self)
         self.title = Headline()
         self.start, self.stop = QSpinBox(), QSpinBox()
@@ -107,7 +108,7 @@ class DetailCard(QWidget):
         self.end.turned.connect(self.end_turned)
         self.to_quality = QPushButton(_SMOOTH)
         self.to_quality.clicked.connect(self._ask_quality)
-        self._link = QWidget()  # takes no space while hidden
+        self._link = QWidget()  # takes no space while it is hidden
         hbox(self.to_quality, None, owner=self._link, margins=(0, 0, 0, 0))
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
@@ -158,12 +159,13 @@ class DetailCard(QWidget):
     def set_low(self, low: bool) -> None:
         """Switch to the layout for low windows, or back if `low` is False.
 
-        The low layout has smaller gaps and a one-line explanation with the full text as tool tip.
+        In the layout for low windows, gaps are smaller, and the explanation is one line long, with
+        the full text in its tool tip.
         """
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
-        layout.setSpacing(3 if low else -1)  # -1 is the style's default
+        layout.setSpacing(3 if low else -1)  # -1 stands for the style's default
         self._form.setVerticalSpacing(3 if low else -1)
         self.why.set_short(low)
         directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
@@ -172,7 +174,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show how many intervals a decision applies to, if there are several."""
+        """Show the number of intervals that a decision applies to, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
@@ -182,7 +184,7 @@ class DetailCard(QWidget):
         self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:
-        """Show the new clip. A note typed for the previous clip has already been stored."""
+        """Show the new clip. The note typed for the previous clip has already been stored."""
         self._shown = None
         self._show_note(None)
         self._refresh()
@@ -203,7 +205,7 @@ class DetailCard(QWidget):
         below = kind is not None and kind.info.below
         self.delta.setEnabled(angle)
         self.end.setVisible(below)
-        for box in self._boxes:  # no number without an interval
+        for box in self._boxes:  # without an interval, the fields are empty
             box.setSpecialValueText("" if judged else " ")
         if kind is not None and kind.of_capture and not angle:
             self.delta.setSpecialValueText(" ")
@@ -251,7 +253,7 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """Show the button that opens the quality tab if `kind` is a capture fault, or hide it."""
+        """Show the button to the quality tab if `kind` is a capture fault, and hide it if not."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
         if kind == Kind.NOISE_BURST:
@@ -268,7 +270,7 @@ class DetailCard(QWidget):
             self.quality_asked.emit(self._document.displayed(judged).interval)
 
     def _ended_at(self, jump: Interval) -> Interval | None:
-        """Return the interval of the same joint that begins or ends with a lone jump, or None."""
+        """Return the interval of the same joint that begins or ends at a lone jump, or None."""
         stretches = (j.interval for j in self._document.intervals if j.interval.kind.info.turns)
         return next(
             (
@@ -296,7 +298,7 @@ class DetailCard(QWidget):
         )
 
     def _show_reason(self) -> None:
-        """If no interval is selected, show why a peak near the playhead is not an interval."""
+        """Show why a peak near the playhead is not an interval, if no interval is selected."""
         document = self._document
         if document.interval is not None:
             return
@@ -315,7 +317,7 @@ class DetailCard(QWidget):
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def focus_field(self, what: str) -> bool:
-        """Move the keyboard focus to the field 'start', 'stop', 'delta' or 'note'.
+        """Move the focus to the field 'start', 'stop', 'delta' or 'note'.
 
         Returns False if the field is disabled.
         """
@@ -337,7 +339,7 @@ class DetailCard(QWidget):
             start, stop = self.start.value() - first, self.stop.value() - first
             edited = resized(judged.interval, start, stop)
             self._document.edit(judged.id, edited, self._burst.drag())
-            if not start <= self._document.frame < stop:  # see what will be decided
+            if not start <= self._document.frame < stop:  # go to a frame that the decision concerns
                 self._document.go_to(start)
 
     def _delta_edited(self, degrees: float) -> None:
@@ -346,14 +348,14 @@ class DetailCard(QWidget):
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
-        """Store the note and the reason that have been typed for the interval shown."""
+        """Store the note and the reason that the user has typed for the interval shown."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
         if judged and note == judged.note[: self.note.maxLength()]:
-            note = judged.note  # the line shows only its beginning
+            note = judged.note  # the field shows only the beginning of the note
         if judged and reason == judged.reason.strip():
-            reason = judged.reason  # unchanged
+            reason = judged.reason  # the reason is unchanged
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))
 
@@ -365,10 +367,10 @@ def explanation(
     measures: Sequence[ProtectedMeasure] = (),
     stretch: Interval | None = None,
 ) -> str:
-    """Return why an interval is listed: first the error, then the side effects, then the numbers.
+    """Return an explanation of why an interval is listed: the error, the side effects, the numbers.
 
     `measures` are the protected measures before and after the correction. `stretch` is the interval
-    that begins or ends with a lone jump.
+    that begins or ends at a lone jump.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -481,13 +483,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """Return True for an open interval in which P turns without C turning back."""
+    """Return True for an open interval in which the parent turns without the child turning back."""
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences on the edges of a counter-twist: how both joints jump or turn there."""
+    """Yield sentences about the edges of a counter-twist: how both joints jump or turn there."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
@@ -513,7 +515,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
 
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
-    """Yield sentences on the jumps of a twist bone next to the chain at the interval's edges."""
+    """Yield sentences about the jumps of a twist bone at the edges of the interval."""
     jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
@@ -523,7 +525,7 @@ def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
 def _lone_jump(
     interval: Interval, evidence: Mapping[str, Any], first_frame: int, stretch: Interval | None
 ) -> str:
-    """Return sentences on which joint jumps, how fast, and what the user can do about it."""
+    """Return sentences about a lone jump: the joint, its speed, and what the user can do."""
     sentences = [
         tr(
             "{joint} turns {turn}° about its own axis in one frame, at frame {frame}.",
@@ -555,7 +557,7 @@ def _lone_jump(
 
 
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
-    """Return sentences on the noisy joints, the strength of the noise, and what the user can do."""
+    """Return sentences about a noise burst: the joints, the size, and what the user can do."""
     noise = tr(
         "There is noise of about {size}° in every frame in {joints}. No body moves like that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
@@ -565,7 +567,7 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
 
 
 def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return a sentence on which limb does not move, and for how long."""
+    """Return a sentence about a limb that does not move, with the duration."""
     limb = capitalised(of_core(evidence.get("part", chain.label)))
     if "seconds" not in evidence:
         still = tr("{limb} does not move at all.", limb=limb)
@@ -580,13 +582,13 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """Return the doubts about a correction, except those already described by `measures`."""
+    """Return the doubts about a correction, except doubts that `measures` already describe."""
     listed = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences on the jumps about the limb's line, and on the limb's side between them."""
+    """Yield sentences about a flip: its jumps about the limb's line, and the side between them."""
     edges = evidence.get("edges", ())
     if not edges:
         return
@@ -606,7 +608,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return how rarely the limb is on this side, as a clause, or ''."""
+    """Return a clause that says how rarely the limb is on this side, or ''."""
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side that it rarely takes in the rest of this clip."
@@ -617,7 +619,7 @@ def _rare_side(side: float) -> str:
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """Return the numbers on which a detection is based, for the card's tool tip."""
+    """Return the numbers on which a detection is based, for the tool tip of the card."""
     if judged.edited:
         return ""
     if isinstance(chain, Limb):
@@ -634,7 +636,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """Return the numbers on which the detection of a flip is based, for the card's tool tip."""
+    """Return the numbers on which a flip's detection is based, for the card's tool tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     lines = []
     if edges := evidence.get("edges", ()):

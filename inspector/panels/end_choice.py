@@ -1,4 +1,4 @@
-"""Buttons to choose whether the foot, hand or next joint was kept or carried along."""
+"""Buttons that show whether the foot, hand or next joint was kept or carried along."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from inspector.language import tr, tr_as
 from inspector.panels.limb_words import end_as_heading, end_in_words
 from inspector.widgets.building import hbox, tool_button
 
-_WORDS = {  # keyed by `carried`: the button's text and its tip
+_WORDS = {  # text and tool tip of each button, keyed by `carried`
     False: (
         tr_as("the limb's end is", "kept"),
         tr("The error did not turn the {end}: the correction keeps its rotation (C)"),
@@ -22,9 +22,9 @@ _WORDS = {  # keyed by `carried`: the button's text and its tip
 
 
 class EndChoice(QWidget):
-    """Two buttons after a heading, as in 'Foot: kept | carried along'."""
+    """A heading with two buttons, such as 'Foot: kept | carried along'."""
 
-    turned = Signal()  # the person chose the other button
+    turned = Signal()  # the user chose the other button
 
     def __init__(self) -> None:
         super().__init__()

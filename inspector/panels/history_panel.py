@@ -15,7 +15,7 @@ from twistcore.review import Review
 
 
 class HistoryPanel(QWidget):
-    """The list of steps. Undone steps are greyed out."""
+    """The list of the steps of the review. Undone steps are greyed out."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -41,13 +41,13 @@ class HistoryPanel(QWidget):
             item = self.list.item(k)
             colour = self.palette().placeholderText() if k > done else self.palette().text()
             item.setForeground(colour)
-            spoken = tr("undone") if k > done else ""  # a screen reader does not see faint text
+            spoken = tr("undone") if k > done else ""  # screen readers do not report faint text
             item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, spoken)
         self.list.setCurrentRow(done)
         self.list.scrollToItem(self.list.item(done))
 
     def _steps(self, review: Review) -> Iterator[str]:
-        """Yield the name of each step, with the chain and frames of its interval."""
+        """Yield the name of each step, with the chain and the frames of its interval."""
         first = self._document.first_frame
         for name, judged in zip(review.history, review.changed_intervals, strict=True):
             place = ""

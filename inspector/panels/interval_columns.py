@@ -1,4 +1,4 @@
-"""The columns of the interval table: which are visible, their widths, and the sort order."""
+"""The columns of the interval table: their visibility, their widths, and the sort order."""
 
 from __future__ import annotations
 
@@ -17,10 +17,18 @@ from inspector.widgets.tables import RowTable
 class Column:
     """A column of the interval table.
 
-    - id: its name in the settings
-    - head: its heading
-    - name: its text in the menu, or '' for the heading
-    - figures: True if it has numbers, which are aligned to the right
+    Attributes
+    ----------
+    id
+        The name in the settings.
+    head
+        The heading.
+    name
+        The text in the menu of columns, or '' for the heading.
+    tip
+        The tool tip of the heading.
+    figures
+        True for a column of numbers, which are aligned to the right.
     """
 
     id: str
@@ -74,20 +82,27 @@ COLUMNS = (
 )
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
-_SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")  # hidden in this order
-_PAD = 10  # pixels next to a text
-_WIDEST, _LEAST = 190, 74  # maximum width of a column of names; minimum width of the chains
+# Hidden in this order if there is too little room
+_SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")
+_PAD = 10  # pixels on either side of a text
+# Pixels: maximum width of a column of names, minimum width of the first column
+_WIDEST, _LEAST = 190, 74
 _NOTE = 60
 
 
-def shown_by_room(
+def columns_that_fit(
     widths: Mapping[str, int], filled: Iterable[str], room: int, least: int
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    `widths` has the width of each column, keyed by id. `filled` has the ids of the columns with a
-    text in any row. The column 'stop' is shown only if the first column has a width of at least
-    `least`.
+    Parameters
+    ----------
+    widths
+        The width of each column, keyed by id.
+    filled
+        The ids of the columns that have a text in any row.
+    least
+        The width that the first column must have for the column 'stop' to be shown.
     """
     shown = [c.id for c in COLUMNS if c.id in filled and c.id != "joints"]
 
@@ -103,10 +118,10 @@ def shown_by_room(
 
 
 class IntervalColumns(QObject):
-    """Shows the columns that the user chose, or all that fit, and remembers the sort order.
+    """Shows the columns that the user has chosen, or all that fit, and stores the sort order.
 
-    A right click on the heading opens the choice of columns. A click sorts; the third click
-    restores the original order.
+    A right click on a heading opens the menu of columns. A click sorts by that column; the third
+    click restores the original order.
     """
 
     def __init__(self, table: RowTable, settings: Settings) -> None:
@@ -132,14 +147,14 @@ class IntervalColumns(QObject):
     def take(self, samples: Mapping[str, str], filled: Iterable[str]) -> None:
         """Set the widest text of each column, and the columns that are not empty.
 
-        `samples` has the texts, or '' for a heading. `filled` has the ids of the columns with a
-        text.
+        `samples` has the widest texts, keyed by column id; '' means that the heading is widest.
+        `filled` has the ids of the columns that have a text in any row.
         """
         self._samples, self._with_text = dict(samples), frozenset(filled)
         self.fit()
 
     def fit(self) -> None:
-        """Fit the columns and their widths to the width of the table, if anything has changed."""
+        """Fit the columns and their widths to the table, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
         numbers = table.numbers_width
@@ -158,16 +173,16 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        for numbered in (numbers, 0):  # in a very narrow table, the columns of numbers shrink
-            if chosen:  # the table scrolls if they do not fit
+        for numbered in (numbers, 0):  # in a very narrow table, hide the row numbers
+            if chosen:  # if they do not fit, the table scrolls
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:
-                shown = shown_by_room(widths, self._with_text, room - numbered, least)
+                shown = columns_that_fit(widths, self._with_text, room - numbered, least)
             rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
             if chosen or rest >= least:
                 break
         table.verticalHeader().setVisible(numbered > 0)
-        last_grows = shown[-1] in ("note", "joints")  # if not, the names take the rest
+        last_grows = shown[-1] in ("note", "joints")  # if False, the first column fills the rest
         header.setStretchLastSection(last_grows)
         widths[_ALWAYS] = max(least, min(rest, names) if last_grows else rest)
         for k, column in enumerate(COLUMNS):
@@ -181,7 +196,7 @@ class IntervalColumns(QObject):
         return [c.id for k, c in enumerate(COLUMNS) if not self._table.isColumnHidden(k)]
 
     def menu(self) -> QMenu:
-        """Return the menu of columns, with an entry that shows all columns that fit."""
+        """Return the menu of columns. Its last entry shows all columns that fit."""
         menu, shown = QMenu(self._table), self.shown()
         for column in COLUMNS:
             action = menu.addAction(column.name or column.head)

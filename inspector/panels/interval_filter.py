@@ -1,4 +1,4 @@
-"""The filter of the interval table: by decision, kind, chain, confidence and search words."""
+"""The filter of the interval table: by decision, kind, chain, confidence or search words."""
 
 from __future__ import annotations
 
@@ -39,7 +39,17 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 @dataclass(frozen=True)
 class IntervalFilter:
-    """A filter: one of FILTERS, limits of the confidence, and words that must all be found."""
+    """A filter of the interval table.
+
+    Attributes
+    ----------
+    chosen
+        One of FILTERS.
+    bounds
+        Limits of the confidence, such as ('≥', 0.9).
+    words
+        Words that must all be in the text of an interval.
+    """
 
     chosen: str = ALL
     bounds: tuple[tuple[str, float], ...] = ()
@@ -47,7 +57,17 @@ class IntervalFilter:
 
     @staticmethod
     def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
-        """Return the filter for the three inputs. A typed '>0.9' limits the confidence."""
+        """Return the filter for three inputs. A typed '>0.9' is a limit of the confidence.
+
+        Parameters
+        ----------
+        chosen
+            One of FILTERS.
+        confidence
+            The selected text in the list of confidences.
+        typed
+            The text in the search line.
+        """
         bounds = tuple(
             (sign.replace(">=", "≥").replace("<=", "≤"), float(number.replace(",", ".")))
             for sign, number in _BOUND.findall(f"{confidence} {typed}")
@@ -82,7 +102,7 @@ class FilterLine(QWidget):
     """A row with the list of filters, the list of confidences and the search line."""
 
     changed = Signal()
-    left = Signal()  # Enter or Esc was pressed, so keys control the review again
+    left = Signal()  # Enter or Esc was pressed, so the keys belong to the review again
 
     def __init__(self) -> None:
         super().__init__()
@@ -96,7 +116,7 @@ class FilterLine(QWidget):
         ):
             box.setToolTip(tip)
             box.setAccessibleName(tip)
-            box.setMinimumWidth(60)  # hidden first in a narrow panel
+            box.setMinimumWidth(60)  # shrinks first in a narrow panel
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             box.currentTextChanged.connect(self._take)
         self.search = _SearchLine()
@@ -126,7 +146,7 @@ class FilterLine(QWidget):
 
 
 class _SearchLine(QLineEdit):
-    """The search line. Enter and Esc end typing, and Esc also clears the text."""
+    """The search line. Enter and Esc end the input, and Esc also clears the text."""
 
     left = Signal()
 

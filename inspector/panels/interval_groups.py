@@ -1,4 +1,4 @@
-"""The groups in the interval table, and which of them are expanded."""
+"""The groups in the interval table, and which of them are unfolded."""
 
 from __future__ import annotations
 
@@ -13,24 +13,27 @@ from twistcore.review.model import overlapping_ids
 
 
 class IntervalGroups:
-    """Arranges the intervals of a document in rows.
+    """Arranges the intervals of a document in groups.
 
-    - on: True to group errors that belong together (there are no groups in an exercise)
-    - whole: True if the group of the selected interval is selected as a whole, False for the
-      interval alone
+    Attributes
+    ----------
+    on
+        True to group errors that belong together. In an exercise, there are no groups.
+    whole
+        True if the whole group of the selected interval is selected, False if only the interval is.
     """
 
     def __init__(self, document: Document) -> None:
         self._document = document
         self.on = True
         self.whole = False
-        self._unfolded: set[int] = set()  # ids of the intervals in expanded groups
+        self._unfolded: set[int] = set()  # ids of the intervals in unfolded groups
         self._by_id: dict[int, GroupRow] = {}
         self._grouped_last: tuple[object, list[Interval]] | None = None
         self._found: tuple[ErrorGroup, ...] = ()
 
     def forget(self) -> None:
-        """Collapse all groups. Called when another clip is opened."""
+        """Fold all groups. Called when another clip is opened."""
         self.whole = False
         self._unfolded.clear()
         self._by_id.clear()
@@ -56,17 +59,17 @@ class IntervalGroups:
         return None if self.whole else self.find(self._document.interval_id)
 
     def unfold(self, group: GroupRow, on: bool = True) -> None:
-        """Expand a group, or collapse it."""
+        """Unfold a group, or fold it if `on` is False."""
         if on:
             self._unfolded.update(group.ids)
         else:
             self._unfolded.difference_update(group.ids)
 
     def rows(self, listed: Sequence[Judged], intervals: Sequence[Judged]) -> list[ListRow]:
-        """Return the rows of all intervals in order, including unlisted ones.
+        """Return the rows of all intervals in order, including rows that are not listed.
 
         The row of a group is followed by the rows of its intervals, which are listed if the group
-        is expanded. A group consists only of listed intervals that were not made by hand.
+        is unfolded. Groups contain only intervals from `listed` that were not made by hand.
         """
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}
@@ -75,7 +78,8 @@ class IntervalGroups:
     def _arranged(
         self, intervals: Sequence[Judged], shared: Collection[int], shown: Collection[int]
     ) -> Iterator[ListRow]:
-        inside: dict[int, list[Judged]] = {}  # the intervals of each group in the list's order
+        # The intervals of each group, in the order of the list
+        inside: dict[int, list[Judged]] = {}
         for judged in intervals:
             if (group := self._by_id.get(judged.id)) is not None:
                 inside.setdefault(group.id, []).append(judged)

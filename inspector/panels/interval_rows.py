@@ -1,4 +1,4 @@
-"""The rows of the interval table: single intervals, and expandable groups of intervals."""
+"""The rows of the interval table: single intervals, and groups that can be unfolded."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, SEEN
 from twistcore.skeleton.helper import Helper
 
-INDENT = 4 * "\N{NO-BREAK SPACE}"  # text before an interval of an expanded group
+INDENT = 4 * "\N{NO-BREAK SPACE}"  # precedes the name of an interval in an unfolded group
 NAME = PLACE["stop"]  # the first column that the name of a group spans
 _FOLDED, _UNFOLDED = "▸ ", "▾ "
 _NOTED = 500  # maximum length of a note in its cell
@@ -36,7 +36,17 @@ SHARED, UNSUPPORTED, EDITED = " +", " <τ", " ✎"
 
 @dataclass(frozen=True)
 class GroupRow:
-    """The row of a group. `members` are its intervals, the representative one first."""
+    """The row of a group.
+
+    Attributes
+    ----------
+    members
+        The intervals of the group. The first one represents the group.
+    unfolded
+        True if the rows of the intervals are visible.
+    listed
+        True if the row is visible.
+    """
 
     name: str
     members: tuple[Judged, ...]
@@ -45,7 +55,7 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """Return the key of the row. It differs from the ids of all intervals."""
+        """Return the key of the row, which is not the id of any interval."""
         return -self.members[0].id
 
     @property
@@ -55,7 +65,7 @@ class GroupRow:
 
     @property
     def undecided(self) -> Judged:
-        """Return the first undecided interval of the group, or the first if all are decided."""
+        """The first undecided interval of the group or, if all are decided, the first one."""
         left = (j for j in self.members if j.decision == Decision.UNDECIDED)
         return next(left, self.members[0])
 
@@ -64,9 +74,14 @@ class GroupRow:
 class IntervalRow:
     """The row of an interval.
 
-    - shared: True if it overlaps another interval of its chain
-    - listed: True if the row is shown
-    - group: the row of its group, or None
+    Attributes
+    ----------
+    shared
+        True if the interval overlaps another interval of its chain.
+    listed
+        True if the row is visible.
+    group
+        The row of its group, or None.
     """
 
     judged: Judged
@@ -81,7 +96,7 @@ class IntervalRow:
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """Return a tuple with the interval's id, like the ids of a group."""
+        """The interval's id as a tuple, like the ids of a group."""
         return (self.judged.id,)
 
 
@@ -105,7 +120,10 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a column's heading, or an interval's number, independent of the sort order."""
+        """Return the heading of a column, or the number of an interval.
+
+        The number of an interval does not depend on the sort order.
+        """
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
             return "" if isinstance(thing, GroupRow) else str(thing.id)
@@ -121,16 +139,17 @@ class IntervalModel(RowModel[ListRow]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        decision = mark_of(judged)
+        decision = verdict_text(judged)
         decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
         decision += EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
-        end = end_of(judged)
+        end = end_text(judged)
         label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
         note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
-        cells: dict[str, tuple[str, object]] = {  # the text, and the value for sorting
+        # Text and sort value of each cell, keyed by column
+        cells: dict[str, tuple[str, object]] = {
             "chain": (label, interval.chain),
             "decision": (decision, judged.decision.value),
             "start": (str(interval.start + first), interval.start),
@@ -196,7 +215,7 @@ class IntervalModel(RowModel[ListRow]):
 
 
 class SortedRows(QSortFilterProxyModel):
-    """The listed rows, sorted by a column or in the order of the model.
+    """The visible rows, sorted by a column or in the order of the model.
 
     The intervals of a group always follow the row of the group. Rows with equal values are in the
     order of the model.
@@ -209,12 +228,12 @@ class SortedRows(QSortFilterProxyModel):
         self.setSourceModel(model)
 
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        """Return True if the row is listed."""
+        """Return True if a row is visible."""
         del parent
         return self._model.things[row].listed
 
     def lessThan(self, left: Index, right: Index) -> bool:
-        """Return True if `left` precedes `right` in ascending order."""
+        """Return True if `left` comes before `right` in ascending order."""
         one, other = (self._model.things[index.row()] for index in (left, right))
         tops = [getattr(thing, "group", None) or thing for thing in (one, other)]
         if tops[0].id == tops[1].id and GroupRow not in (type(one), type(other)):
@@ -225,15 +244,18 @@ class SortedRows(QSortFilterProxyModel):
         return (left.row() < right.row()) == (self.sortOrder() == Qt.SortOrder.AscendingOrder)
 
 
-def mark_of(judged: Judged) -> str:
-    """Return the verdict on an interval with its mark."""
+def verdict_text(judged: Judged) -> str:
+    """Return the text for the verdict on an interval, with a symbol such as ✓."""
     if judged.verdict == APPLIED:
         return tr("✓ automatic")
     return tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
 
 
-def end_of(judged: Judged) -> str:
-    """Return 'kept' or 'carried along' for the foot, hand or next joint, or '' without a choice."""
+def end_text(judged: Judged) -> str:
+    """Return 'kept' or 'turned' for the part below an interval, or '' if there is no such part.
+
+    This part is the foot or hand of a flip, or the next joint.
+    """
     if not judged.interval.kind.info.below:
         return ""
     return ENDS[judged.interval.carried]

@@ -1,4 +1,4 @@
-"""The table of intervals, with a filter and a choice of columns and order."""
+"""The table of intervals, with a filter and a menu of columns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from inspector.panels.interval_rows import (
     IntervalModel,
     ListRow,
     SortedRows,
-    end_of,
+    end_text,
 )
 from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
@@ -39,17 +39,18 @@ from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
-_ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
-_WITH_COUNT = 480  # pixels: in a narrower list only the status bar shows the count
+_ROOM, _ROOM_LOW = 8, 3  # pixels by which a row is higher than its text
+_WITH_COUNT = 480  # pixels; in a narrower panel, only the status bar shows the count
 _EVERYTHING = IntervalFilter()
 _FOLDING = {"Right": True, "Left": False}
 
 
 class IntervalsPanel(QWidget):
-    """The interval table with its filter. The current row is the document's selected interval."""
+    """The interval table with its filter. The current row is the selected interval."""
 
     activated = Signal()  # a row was double-clicked
-    number_changed = Signal(int)  # number of selected intervals, including all of a selected group
+    # With the number of selected intervals, including those in a selected group
+    number_changed = Signal(int)
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -59,11 +60,13 @@ class IntervalsPanel(QWidget):
         self._document = document
         self._groups = IntervalGroups(document)
         self._refreshing = self._clicked = False
-        self._stepping: tuple[int, ...] | None = None  # the ids that "next" and "previous" visit
+        # The ids of the intervals to visit, while a visit is in progress
+        self._stepping: tuple[int, ...] | None = None
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
-        self._names: dict[str, tuple[str, str]] = {}  # keyed by chain
-        self._measured: dict[int, Judged] = {}  # intervals whose texts fit, keyed by id()
+        self._names: dict[str, tuple[str, str]] = {}  # label and joints, keyed by chain
+        # Intervals for whose texts the columns are wide enough, keyed by id()
+        self._measured: dict[int, Judged] = {}
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._refresh)
         self._model = IntervalModel(document, colours)
@@ -108,15 +111,15 @@ class IntervalsPanel(QWidget):
         self.count.setVisible(self.width() >= _WITH_COUNT)
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows, with lower rows, or back."""
+        """Switch to the layout for low windows, which has lower rows, or back if `low` is False."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
-        layout.setSpacing(3 if low else -1)  # -1 is the style's default
+        layout.setSpacing(3 if low else -1)  # -1 stands for the style's default
         self.table.set_room(_ROOM_LOW if low else _ROOM)
 
     def search_here(self) -> None:
-        """Move the keyboard focus to the search line."""
+        """Move the focus to the search line."""
         self.search.setFocus()
         self.search.selectAll()
 
@@ -125,22 +128,24 @@ class IntervalsPanel(QWidget):
         return self.filters.list_all()
 
     def group_errors(self, on: bool) -> None:
-        """List errors that belong together as groups, or list all intervals separately."""
+        """Group errors that belong together, or list all intervals separately if `on` is False."""
         self._groups.on, self._groups.whole = on, False
         self._refresh()
 
     def unfold_with(self, *actions: QAction) -> None:
-        """Let the Right and Left keys of `actions` expand and collapse a selected group first.
+        """Let the Right and Left keys of `actions` first unfold and fold a selected group.
 
-        The Right key also moves the keyboard focus to the table, in which the Down and Up keys go
-        through the errors of the group. There, the Left key also collapses the group of a selected
-        error.
+        The Right key also moves the focus to the table, in which the Down and Up keys go through
+        the errors of the group. There, the Left key also folds the group of a selected error.
         """
         for action in actions:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Expand or collapse a group after a click on its arrow or, if it is visible, a key."""
+        """Unfold or fold a group after a click on its arrow or a key.
+
+        A key is handled only while the table is visible.
+        """
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
             if on is False and self.window().focusWidget() is self.table:
@@ -167,7 +172,7 @@ class IntervalsPanel(QWidget):
     def _unfold(self, group: GroupRow, on: bool) -> None:
         entered = self._groups.entered
         if entered is not None and entered.id == group.id and not on:
-            self._groups.whole = True  # the row of the selected interval vanishes
+            self._groups.whole = True  # the row of the selected interval disappears
         self._groups.unfold(group, on)
         self._refresh()
 
@@ -183,12 +188,13 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def _fit_columns(self, shared: bool) -> None:
-        """Widen the columns for new intervals. They do not become narrower for the same clip."""
+        """Widen the columns for new intervals. Columns never shrink while a clip is open."""
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
         known = self._measured
-        fresh = [j for j in document.intervals if id(j) not in known]  # few while τ is dragged
+        # Few intervals are new while τ is dragged
+        fresh = [j for j in document.intervals if id(j) not in known]
         self._measured = {id(j): j for j in document.intervals}
         if shared:
             self._marks.add(SHARED)
@@ -250,22 +256,28 @@ class IntervalsPanel(QWidget):
         return self._names[chain]
 
     def _search_text(self, judged: Judged) -> str:
-        """Return the text of an interval for the search, in the chosen language and in English."""
+        """Return the searchable text of an interval, in the chosen language and in English."""
         name = judged.interval.chain
         label, joints = self._name(name)
         kind = of_core(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
-        words = of_core(judged.decision), end_of(judged), reason, shown_reason(reason), judged.note
+        words = (
+            of_core(judged.decision),
+            end_text(judged),
+            reason,
+            shown_reason(reason),
+            judged.note,
+        )
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort the table by 'time', 'worst' or 'chain'. Clicks on headings change the order."""
+        """Sort the table by 'time', 'worst' or 'chain'."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of selected intervals and of those in selected groups, top to bottom."""
+        """Return the ids of selected intervals and of selected groups' intervals, in order."""
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
 
@@ -283,7 +295,10 @@ class IntervalsPanel(QWidget):
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Return the ids of listed intervals from top to bottom, including collapsed groups."""
+        """Return the ids of all listed intervals from top to bottom.
+
+        These include the intervals of folded groups.
+        """
         return tuple(
             k
             for thing in self._listed_things()
@@ -295,8 +310,8 @@ class IntervalsPanel(QWidget):
     def visit_order(self) -> Iterator[tuple[int, ...]]:
         """Yield the ids of the intervals to visit from top to bottom, one for each row.
 
-        Within the context, selecting an interval of a group selects the whole group. If a single
-        interval of a group is selected, that group's intervals are visited one by one.
+        Within this context, selecting an interval of a group selects the whole group. If a single
+        interval of a group was selected before, the intervals of that group are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
         stops = []
@@ -325,10 +340,10 @@ class IntervalsPanel(QWidget):
         if self._document.order == "worst":
             intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
         rows = self._groups.rows(listed, intervals)
-        self._refreshing = True  # removing a row must not select another one
+        self._refreshing = True  # the removal of a row must not select another row
         self._model.show(rows)
         self._span_names()
-        self.table.doItemsLayout()  # do it now, since a later layout would repaint the panel twice
+        self.table.doItemsLayout()  # lay out now; a later layout would repaint the panel twice
         self._refreshing = False
         self._fit_columns(any(not isinstance(row, GroupRow) and row.shared for row in rows))
         self.count.setText(self._count_text(len(listed)))
@@ -349,7 +364,7 @@ class IntervalsPanel(QWidget):
         self._report_number()
 
     def _span_names(self) -> None:
-        """Let the names of groups span the columns that are empty for groups."""
+        """Let the name of a group extend over the columns that have no text for groups."""
         self.table.clearSpans()
         if self._groups.count:
             for row, thing in enumerate(self._listed_things()):
@@ -369,7 +384,7 @@ class IntervalsPanel(QWidget):
 
     def _filter_changed(self) -> None:
         if (judged := self._document.interval) and not self._passes(judged):
-            self._document.select_interval(None)  # A and R must not judge a hidden interval
+            self._document.select_interval(None)  # A and R must not decide on a hidden interval
         self._refresh()
 
     def _chain_changed(self) -> None:
@@ -384,7 +399,7 @@ class IntervalsPanel(QWidget):
     def _interval_changed(self) -> None:
         """Select the row of the interval that is selected in the document.
 
-        If the interval may be filtered out or its group is collapsed, update the list first.
+        If the interval may be filtered out or if its group is folded, update the list first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:
@@ -418,7 +433,7 @@ class IntervalsPanel(QWidget):
         self._groups.whole = isinstance(thing, GroupRow)
         judged = thing.undecided if isinstance(thing, GroupRow) else thing.judged
         if self._groups.whole and document.interval_id in thing.ids:
-            return  # already selected with the group
+            return  # the interval is already selected as a part of its group
         self._clicked = True
         document.select_interval(judged.id, jump=True)
         self._clicked = False

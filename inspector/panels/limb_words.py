@@ -6,7 +6,7 @@ from inspector.language import of_core, tr, tr_as
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
-# A translation may include the article, such as 'das Knie'.
+# A translation may include the article, such as 'das Knie' in German.
 _MIDDLES = {
     "elbow": tr_as("the limb's", "elbow"),
     "knee": tr_as("the limb's", "knee"),
@@ -25,7 +25,7 @@ _HEADS = {
     "next joint": tr_as("heading", "Next joint:"),
 }
 
-_PARTS = {  # keyed by side and segment: the beginning of a sentence
+_PARTS = {  # the beginning of a sentence, keyed by label (side and segment)
     "Left Shoulder": tr("The left shoulder"),
     "Left Arm": tr("The left upper arm"),
     "Left ForeArm": tr("The left forearm"),
@@ -41,7 +41,7 @@ _PARTS = {  # keyed by side and segment: the beginning of a sentence
     "Right arm": tr("The right arm"),
     "Right leg": tr("The right leg"),
 }
-_NEXT = {  # keyed by segment: the body part that turns back
+_NEXT = {  # the body part that turns back, keyed by segment
     "Shoulder": tr_as("the part that turns back", "upper arm"),
     "Arm": tr_as("the part that turns back", "forearm"),
     "ForeArm": tr_as("the part that turns back", "hand"),
@@ -58,20 +58,26 @@ def middle_of(limb: Limb) -> str:
 
 
 def end_in_words(word: str) -> str:
-    """Return the word 'hand', 'foot', 'end' or 'next joint' as used within a sentence."""
+    """Return the word for a limb's end within a sentence.
+
+    `word` is 'hand', 'foot', 'end' or 'next joint'.
+    """
     return _ENDS[word]
 
 
 def end_as_heading(word: str) -> str:
-    """Return the word 'hand', 'foot', 'end' or 'next joint' as a heading with a colon."""
+    """Return the word for a limb's end as a heading with a colon.
+
+    `word` is 'hand', 'foot', 'end' or 'next joint'.
+    """
     return _HEADS[word]
 
 
 def next_part(chain: Chain) -> str:
-    """Return the body part next to the chain's bone, such as 'hand' for a forearm."""
+    """Return the body part after the chain's bone, such as 'hand' for a forearm."""
     return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
 
 
 def part_of_body(chain: Chain) -> str:
-    """Return the name of a chain's body part or of a limb, for the beginning of a sentence."""
+    """Return the name of a chain's body part, or of a limb, for the beginning of a sentence."""
     return _PARTS.get(chain.label) or of_core(chain.label)

@@ -1,4 +1,4 @@
-"""The labels of the status bar: frame, interval, and the chain's angle, strength and offset."""
+"""Labels in the status bar: frame and interval; the chain's angle, strength and offset."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from inspector.session.document import Document
 from inspector.widgets.labels import ElidedLine, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import signed
 
-_LONGEST_JOINTS = 26  # maximum number of letters; the rest is in the tip
+_LONGEST_JOINTS = 26  # maximum number of letters; the tool tip shows the rest
 
 
 class FrameLine(ElidedLine):
-    """Label with frame, time and selected interval. A message may replace it temporarily."""
+    """A label with frame, time and selected interval. A message may replace it for a while."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class FrameLine(ElidedLine):
 
 
 class PositionLine(SteadyLabel):
-    """Label with the current chain, and its angle, strength and offset at the playhead."""
+    """A label with the selected chain and its angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -15,7 +15,7 @@ from twistcore.analysis.correction.protected_measures import (
     ProtectedMeasure,
 )
 
-_NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
+_NAMES: Mapping[str, tuple[str, str]] = {  # name and unit of each protected measure
     HINGE: (tr("sideways bend"), "°"),
     TURNS: (tr("impossibly fast turns"), tr(" frames")),
     ROLL: (tr("peak roll speed of the next joint"), tr("° per frame")),

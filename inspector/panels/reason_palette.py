@@ -1,4 +1,4 @@
-"""The list of reasons for a rejection: a digit selects one, or the user types another reason."""
+"""A list of reasons for a rejection: a digit selects one, or the user types another reason."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 
 
 class ReasonPalette(QDialog):
-    """A popup of reasons. The keys 1 to 9 select one immediately; Enter accepts a typed reason."""
+    """A popup with reasons. The keys 1 to 9 select a reason; Enter accepts a typed reason."""
 
     chosen = Signal(str)
 
@@ -65,9 +65,9 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle digits, Up and Down. While the line is empty, a digit selects a reason.
+        """Handle the keys of the search line.
 
-        Up and Down move in the list.
+        Up and Down move in the list. While the line is empty, a digit selects a reason.
         """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if step := _STEPS.get(Qt.Key(event.key()), 0):

@@ -1,10 +1,10 @@
-"""Reasons for a rejection. Files always contain the English text."""
+"""The usual reasons for a rejection. Files always contain the English text."""
 
 from __future__ import annotations
 
 from inspector.language import tr
 
-# The text in files, and the text in the chosen language.
+# Text in files: text in the chosen language.
 _REASONS = {
     "natural motion": tr("natural motion"),
     "fast but real": tr("fast but real"),
@@ -16,10 +16,10 @@ REASONS = tuple(_REASONS)
 
 
 def shown_reason(reason: str) -> str:
-    """Return a reason in the chosen language. A reason that the user typed is not translated."""
+    """Return a reason in the chosen language. A reason typed by the user is not translated."""
     return _REASONS.get(reason, reason)
 
 
 def stored_reason(shown: str) -> str:
-    """Return the text to write to files for a displayed or typed reason."""
+    """Return the text to write to a file for a reason that was selected or typed."""
     return _IN_FILES.get(shown, shown)

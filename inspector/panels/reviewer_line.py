@@ -13,8 +13,8 @@ from inspector.widgets.building import hbox, tool_button
 class ReviewerLine(QFrame):
     """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name.
 
-    The line does not take the focus when it appears, so keys still decide on intervals until the
-    user clicks on the field.
+    The line does not take the focus when it appears, so that keys still decide on intervals until
+    the user clicks on the field.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
@@ -25,7 +25,7 @@ class ReviewerLine(QFrame):
         self.name.setAccessibleName(tr("Your name"))
         self.name.setToolTip(tr("The name is saved with your decisions, including earlier ones"))
         self.name.setMaximumWidth(260)
-        # Not push buttons, because the style makes even short ones 80 pixels wide.
+        # Tool buttons, because the style makes push buttons at least 80 pixels wide.
         tip = tr("Save this name with your decisions (Enter)")
         self.keep = tool_button(tr_as("the name", "Keep"), tip, flat=False)
         tip = tr("Do not ask again. You can enter a name in the preferences later.")
@@ -41,10 +41,10 @@ class ReviewerLine(QFrame):
 
     def _ask(self) -> None:
         if not self._settings.reviewer_asked and self.isHidden():
-            self.show()  # do not set the focus, since the next key is usually another decision
+            self.show()  # without the focus, because the next key is usually another decision
 
     def _hide_if_named(self) -> None:
-        """Hide the line if the name has been entered elsewhere."""
+        """Hide the line if the name was entered elsewhere."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

@@ -1,4 +1,4 @@
-"""Names of a chain's joints in the clip's file, such as 'lradius → lhand' for 'Left ForeArm'."""
+"""The names of a chain's joints in the file, such as 'lradius → lhand' for 'Left ForeArm'."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def joints_of(chain: Chain, skeleton: Skeleton) -> str:
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:
-    """Return the names of a chain's joints in the file, or '' if the chain's label has them."""
+    """Return the names of a chain's joints in the file, or '' if they repeat the chain's label."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
     return "" if same or not chain.segment else joints_of(chain, skeleton)

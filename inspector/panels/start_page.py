@@ -24,18 +24,18 @@ from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.theme import Colours, Theme
 
-_RECENT, _FOLDERS = 5, 2  # maximum number of clips and folders
-_PARTS = 4  # maximum length of a folder's path
-_LONGEST = 48  # maximum length of a name
-_WIDTH = 520  # pixels, of the column
-_APART = 8  # pixels, between its buttons
-_MARGIN = 12  # pixels, at the column's sides
+_RECENT, _FOLDERS = 5, 2  # maximum number of listed clips and folders
+_PARTS = 4  # maximum number of parts of a folder's path
+_LONGEST = 48  # maximum number of letters of a name
+_WIDTH = 520  # pixels: width of the column
+_APART = 8  # pixels between the buttons
+_MARGIN = 12  # pixels at the sides of the column
 _FIRST = {"tour": tr("Tour (3 minutes)"), "open_sample": tr("Try the sample")}
 _OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
 class StartPage(QScrollArea):
-    """The start page. It covers the 3D view while nothing is open."""
+    """The start page, which covers the 3D view while no clip is open."""
 
     def __init__(
         self,
@@ -47,8 +47,16 @@ class StartPage(QScrollArea):
     ) -> None:
         """Build the page.
 
-        `view` is the widget that the page covers. `complaint` is the reason why there is no 3D
-        view, or ''.
+        Parameters
+        ----------
+        view
+            The widget that the page covers.
+        actions
+            The window's actions, keyed by id.
+        open_path
+            A function that opens a clip or a folder.
+        complaint
+            The reason why there is no 3D view, or ''.
         """
         super().__init__(view)
         self.setObjectName("start")
@@ -112,7 +120,7 @@ class StartPage(QScrollArea):
         self._open_path(path)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Resize the page with the view that it covers."""
+        """Resize the page together with the view that it covers."""
         view = self.parentWidget()
         if view is not None and watched is view and event.type() == QEvent.Type.Resize:
             self.setGeometry(view.rect())
@@ -139,7 +147,7 @@ def _button(action: QAction, text: str) -> QPushButton:
 
 
 def _short_path(path: Path) -> str:
-    """Return the name and folder of a file; the middle of a long path is left out."""
+    """Return the name and the folder of a file. The middle of a long path is replaced by '…'."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

@@ -1,4 +1,4 @@
-"""The playback controls under the 3D view."""
+"""The playback controls below the 3D view."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from inspector.session.open_clip import Show
 from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 
-_MARGIN = 8  # pixels on the left and on the right
-_LEAST_SLIDER = 200  # pixels; with less space, the slider is in a separate row
+_MARGIN = 8  # pixels at the left and right end
+_LEAST_SLIDER = 200  # pixels; with less room, the slider gets a row of its own
 _PLAY, _PAUSE = tr_as("button", "Play"), tr_as("button", "Pause")
 _SHOWN = {
     Show.BEFORE: tr_as("in the 3D view", "Before"),
@@ -25,7 +25,7 @@ _SHOWN = {
 
 
 class Transport(QWidget):
-    """Buttons, slider, frame number and speed under the 3D view."""
+    """Buttons, slider, frame number and speed below the 3D view."""
 
     def __init__(self, document: Document, player: Player, actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -65,7 +65,7 @@ class Transport(QWidget):
         self._rows = vbox(
             self.slider, self._row, owner=self, margins=(_MARGIN, 2, _MARGIN, 2), spacing=2
         )
-        self._in_row = False  # True: the slider is in the row of the buttons
+        self._in_row = False  # True if the slider is in the row of the buttons
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)
@@ -82,7 +82,7 @@ class Transport(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Adapt the controls to a narrow window.
 
-        First hide the time, then move the slider to its own row. The curves show the time as well.
+        First hide the time, which the curves also show. Then move the slider to a row of its own.
         """
         super().resizeEvent(event)
         room = self.width() - self._least_width()
@@ -92,11 +92,11 @@ class Transport(QWidget):
         self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size without the time and with the slider in a separate row."""
+        """Return the size without the time and with the slider in a row of its own."""
         return QSize(self._least_width(), super().minimumSizeHint().height())
 
     def _least_width(self) -> int:
-        """Return the width in pixels of all widgets except the time and the slider."""
+        """Return the width, in pixels, of all widgets except the time and the slider."""
         fixed = *self._buttons, self.frame, self.speed, self.show_box
         gaps = 2 * _MARGIN + self._row.spacing() * (len(fixed) + 1)
         return gaps + sum(max(p.minimumSizeHint().width(), p.minimumWidth()) for p in fixed)
@@ -112,7 +112,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with its number for frame 0."""
+        """Return the widgets that show the frame, each with the number it shows for frame 0."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

@@ -1,4 +1,4 @@
-"""Measures of the open clip's quality, computed in the background while the tab is visible."""
+"""Quality measures of the open clip, computed in the background while the tab is visible."""
 
 from __future__ import annotations
 
@@ -22,14 +22,18 @@ from twistcore.skeleton.rotation import Array
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure of quality, shown as a column of the table and as a curve.
+    """A quality measure, shown as a column of the table and as a curve.
 
     Attributes
     ----------
+    name, unit, tip
+        The heading of the column, its unit and its tool tip.
+    curve, curve_unit
+        The title of the curve and its unit.
     decimals
-        Number of decimals in the table.
+        The number of decimals in the table.
     level
-        Value of a horizontal line in the plot, or None.
+        The value of a horizontal line in the plot, or None.
     seldom
         True if few frames have a value.
     """
@@ -90,22 +94,30 @@ MEASURES = (
 
 
 def column_of(q: JointQuality, measure: int) -> Array:
-    """Return the value of a measure for each joint, (joints,), with NaN where there is none."""
+    """Return a measure of each joint, (joints,), NaN where it is undefined.
+
+    `measure` is an index of MEASURES.
+    """
     return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
 
 
 def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
-    """Return the values of a measure for a joint, (frames,), with NaN where there are none."""
+    """Return a measure of a joint over time, (frames,), NaN where it is undefined.
+
+    `measure` is an index of MEASURES.
+    """
     values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
     return values
 
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The measures of all joints and, if it has the 24 joints of QuaMo, of the whole figure.
+    """The measures of all joints and, if it has the 24 joints of QuaMo, of the figure.
 
-    `placed` is the index of the joint that carries the position of the figure, or None if there is
-    none.
+    Attributes
+    ----------
+    placed
+        The index of the joint that carries the position of the figure, or None.
     """
 
     clip: object
@@ -114,16 +126,16 @@ class FigureEvidence:
     placed: int | None
 
     def column(self, measure: int) -> Array:
-        """Return the value of a measure for each joint, (joints,), with NaN where there is none."""
+        """Return a measure of each joint, (joints,), NaN where it is undefined."""
         return column_of(self.joints, measure)
 
     def curve(self, measure: int, joint: int) -> Array:
-        """Return the values of a measure for a joint, (frames,), with NaN where there are none."""
+        """Return a measure of a joint over time, (frames,), NaN where it is undefined."""
         return curve_of(self.joints, measure, joint)
 
 
 class QualityEvidence(QObject):
-    """Computes the measures of the document's clip while the tab is visible."""
+    """Computes the measures of the open clip while the tab is visible."""
 
     changed = Signal()
 
@@ -141,7 +153,10 @@ class QualityEvidence(QObject):
         return self._task.running
 
     def watch(self, on: bool) -> None:
-        """Start or stop computing for new clips; a computation that is running is finished."""
+        """Compute measures for each new clip, or stop doing so if `on` is False.
+
+        A computation that is already running is finished.
+        """
         self._watching = on
         self._start()
 
@@ -171,14 +186,14 @@ class QualityEvidence(QObject):
 
 
 def up_axis(data: Analysed) -> int:
-    """Return the axis that points up."""
+    """Return the index of the axis that points up."""
     up = guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)
     return int(np.argmax(up))
 
 
 def _work(data: Analysed) -> FigureEvidence:
     joints = joint_quality(data.clip, data.positions, up_axis(data))
-    # A T-pose in the first frames was not captured, so the jump from it is not jitter.
+    # A T-pose in the first frames was not captured, so the jump after it is not jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
     return FigureEvidence(data.clip, joints, both[0] if both else None, placed_joint(data.motion))

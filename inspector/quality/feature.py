@@ -29,24 +29,24 @@ class Quality(FeatureParts):
         self.jitter_note = JitterNote(window.document, self.quality)
 
     def connect(self, window: HostWindow) -> None:
-        """Compute measures while the tab is visible, and respond to the interval card."""
+        """Compute measures while the tab is visible, and react to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         to_track = (tr("Quality → Track"), self._show_tracking)
-        self.jitter_note.trembles.connect(lambda text: window.bar.offer_behind(text, [to_track]))
+        self.jitter_note.trembles.connect(lambda text: window.bar.append_offer(text, [to_track]))
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
 
     def show(self) -> None:
-        """Bring the tab to the front."""
+        """Bring the quality tab to the front."""
         bring_to_front(self._dock)
 
     def _show_tracking(self) -> None:
-        """Show the page that tracks joints."""
+        """Show the page for tracking joints."""
         self.show()
         self.quality.show_tracking()
 
     def _show_interval(self, interval: Interval) -> None:
-        """Show the joints and the first frame of a capture fault, and smooth a noise burst."""
+        """Show the joints and the first frame of a capture fault. Smooth a noise burst."""
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))

@@ -1,4 +1,4 @@
-"""A note about jitter, shown when a clip is opened."""
+"""A message about jitter, shown when a clip is opened."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.analysis.quality.trembling import TIMES, trembling
 
 
 class JitterNote(QObject):
-    """Measures each clip's jitter in the background. The signal `trembles` carries the note."""
+    """Measures the jitter of each clip in the background. `trembles` is emitted with a message."""
 
     trembles = Signal(str)
 
@@ -43,4 +43,4 @@ class JitterNote(QObject):
             self.trembles.emit(text)
 
     def _ignore(self, error: Exception) -> None:
-        """Show no note if the jitter cannot be measured."""
+        """Show no message if the jitter cannot be measured."""

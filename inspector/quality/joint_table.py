@@ -19,12 +19,20 @@ from twistcore.skeleton.rotation import Array
 
 @dataclass(frozen=True)
 class _Joint:
-    """A row of the table. `values` are the measures, None where there is no number.
+    """A row of the table.
 
-    `after` is the jitter after tracking, or None if the joint is not tracked.
-
-    `number` is the index of the joint, or the number of joints for the row of the figure's
-    position.
+    Attributes
+    ----------
+    number
+        The index of the joint; in the row of the figure's position, the number of joints.
+    name
+        The name of the joint.
+    values
+        The measures, None where a measure is undefined.
+    tracked
+        True if the joint is tracked.
+    after
+        The jitter after tracking, or None.
     """
 
     number: int
@@ -35,7 +43,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """The rows of the joints, sorted by a column. Tracked joints have a separate colour."""
+    """The rows of the joints, sorted by a column. Tracked joints have a colour of their own."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -47,7 +55,7 @@ class JointsModel(RowModel[_Joint]):
         self._tracked: frozenset[str] = frozenset()
         self._place_tracked = False
         self.after: JointQuality | None = None
-        self._after: Array | None = None  # its jitter
+        self._after: Array | None = None  # the jitter after tracking
         self._column, self._down = 1, True
 
     def key(self, thing: _Joint) -> int:
@@ -55,7 +63,7 @@ class JointsModel(RowModel[_Joint]):
         return thing.number
 
     def describe(self, thing: _Joint) -> TableRow:
-        """Return the row with the joint's name and values."""
+        """Return the row with the name and the measures of a joint."""
         numbers = tuple(
             "–" if value is None else f"{value:.{measure.decimals}f}"
             for measure, value in zip(MEASURES, thing.values, strict=True)
@@ -105,7 +113,7 @@ class JointsModel(RowModel[_Joint]):
     def mark_tracked(
         self, joints: frozenset[str], *, place: bool, after: JointQuality | None
     ) -> None:
-        """Mark the tracked joints and, if it is tracked, the figure's position.
+        """Mark the tracked joints and, if `place` is True, the position of the figure.
 
         `after` are the measures after tracking, or None if they are not known.
         """
@@ -126,7 +134,7 @@ class JointsModel(RowModel[_Joint]):
         self.reset()
 
     def _order(self, joint: _Joint) -> tuple[bool, float]:
-        """Return the sort key; joints without a number come last in both orders."""
+        """Return the sort key of a joint. Joints without a value come last in both directions."""
         value = joint.values[self._column - 1]
         if value is None:
             return True, 0.0
@@ -134,19 +142,19 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def place(self) -> str:
-        """Name of the row for the figure's position, or an empty string if there is no such row."""
+        """The name of the row for the figure's position, or '' if there is no such row."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
         return tr("{joint}, position", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of everything that can be tracked: the joints, then the figure's position."""
+        """The names of everything that can be tracked: the joints, then the figure's position."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property
     def names(self) -> Sequence[str]:
-        """Names of all joints."""
+        """The names of all joints."""
         return self._document.data.motion.skeleton.names if self._document.data else ()
 
 

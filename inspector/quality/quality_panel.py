@@ -17,7 +17,7 @@ from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import hint, vbox
 from inspector.widgets.labels import Caption, bold, inked, plain_text
-from inspector.widgets.later import Stale
+from inspector.widgets.later import RedrawRequests
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
@@ -25,16 +25,17 @@ from twistcore.detection import Interval
 from twistcore.export.smoothing import burst_tracking
 
 _SAMPLE, _PAIR = "00000", "0.00 → 0.00"  # the longest texts of a column
-_PAD = 12  # pixels next to them
-_WRITTEN = 1  # the measure of the written numbers, which tracking does not have yet
+_PAD = 12  # pixels around these texts
+# Index in MEASURES of the jumps of the numbers in the file, which tracking does not change
+_WRITTEN = 1
 _EMPTY = tr("Open a clip to see jitter, jumps, speed and foot slide of its joints.")
 
 
-_REST_MS = 400  # screen readers get the numbers when the playhead rests
+_REST_MS = 400  # pause of the playhead after which screen readers get the numbers
 
 
 class QualityPanel(QWidget):
-    """Shows the measures and the tracking of the joints that are selected in the table."""
+    """The measures of all joints, and the tracking of the joints that are selected in the table."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]
@@ -44,9 +45,9 @@ class QualityPanel(QWidget):
         self.evidence = QualityEvidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
-        self._picked = False  # the person has selected rows; until then, all are tracked
-        self._pending: tuple[str, ...] = ()  # joints to select once their rows exist
-        self._stale = Stale(self)
+        self._picked = False  # True if the user has selected rows; if not, all joints are tracked
+        self._pending: tuple[str, ...] = ()  # joints to select as soon as their rows exist
+        self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
@@ -101,7 +102,7 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, on: bool) -> None:
-        """Compute the measures while the tab is visible, and stop while it is hidden."""
+        """Compute measures while the tab is visible, and stop doing so when it is hidden."""
         self.evidence.watch(on)
         if on:
             self._stale.mark()
@@ -116,16 +117,16 @@ class QualityPanel(QWidget):
 
     @property
     def joint(self) -> int | None:
-        """The joint whose curve is drawn, or None on the row of the figure's position."""
+        """The index of the joint whose curve is drawn; None in the row of the figure's position."""
         index = self.table.currentIndex()
         number = self.model.things[index.row()].number if index.isValid() else None
         return None if number == len(self.model.names) else number
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the joints to track in the skeleton's order, then the figure's position.
+        """The names of the joints to track, in the skeleton's order, then the figure's position.
 
-        These are the selected rows or, until the person selects some, all rows.
+        These are the selected rows or, if the user has not selected any, all rows.
         """
         if not self._picked:
             return tuple(self.model.rows)
@@ -151,7 +152,7 @@ class QualityPanel(QWidget):
         self._stale.mark()
 
     def track_burst(self, interval: Interval) -> None:
-        """Smooth the joints of a noise burst in its frames only, in addition to other bursts."""
+        """Smooth the joints of a noise burst in its frames only, in addition to earlier bursts."""
         if (data := self._document.data) is None:
             return
         known = self._document.review.state.tracking
@@ -159,17 +160,17 @@ class QualityPanel(QWidget):
             self.page.ask_for(tracking)
 
     def show_tracking(self) -> None:
-        """Show the page that tracks joints."""
+        """Show the page for tracking joints."""
         self.tabs.setCurrentWidget(self.page)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
-        """Select joints on the tracking or the joints page, now or when they are listed."""
+        """Select joints as soon as they are listed, on the tracking page or the joints page."""
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
         self._pending = tuple(names)
         self._select_pending()
 
     def _select_pending(self) -> bool:
-        """Select the pending joints. Returns False if there are none or they are not listed yet."""
+        """Select the pending joints. Returns False if there are none or if none is listed."""
         pending = tuple(name for name in self._pending if name in self.model.rows)
         if not pending or self.evidence.known is None or not self.model.rowCount():
             return False
@@ -181,7 +182,7 @@ class QualityPanel(QWidget):
         self._pending = ()
 
     def track(self) -> None:
-        """Track the selected joints with the gains set on the page."""
+        """Track the selected joints with the gains that are set on the page."""
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
             self.page.ask(self.chosen, self.model.place)
@@ -189,7 +190,7 @@ class QualityPanel(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _values_changed(self) -> None:
-        """Show a new clip or new values, with the worst joint selected."""
+        """Show a new clip or new values, and select the worst joint."""
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
@@ -205,7 +206,7 @@ class QualityPanel(QWidget):
             self._picked = picked
 
     def _fit_columns(self) -> None:
-        """Make the columns as narrow as their headings, to leave room for the joints' names."""
+        """Make the columns as narrow as their headings, which leaves room for the joints' names."""
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
@@ -222,7 +223,7 @@ class QualityPanel(QWidget):
             self._stale.mark()
 
     def refresh(self) -> None:
-        """Draw everything again."""
+        """Show the current state in all parts of the tab."""
         self._stale.take()
         known, data = self.evidence.known, self._document.data
         chosen = self.chosen
@@ -286,7 +287,7 @@ class QualityPanel(QWidget):
             return
         y = known.curve(self.measure, joint)
         frames = len(y)
-        # Dots, since a line would not show a foot that is on the ground for one frame.
+        # Dots, because a line would not show a foot that is on the ground for one frame.
         line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
         lines = [line]
         if self.model.after is not None and self.measure != _WRITTEN:
@@ -299,7 +300,7 @@ class QualityPanel(QWidget):
         self._move(self._document.frame)
 
     def _move(self, frame: int) -> None:
-        """Move the playhead, and show the values at that frame."""
+        """Move the playhead, and show the values in that frame."""
         self.plot.show_frame(frame)
         self.page.go_to(frame)
         known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
@@ -311,6 +312,6 @@ class QualityPanel(QWidget):
         self._rest.start()
 
     def _describe(self) -> None:
-        """Give screen readers the values shown in the plots."""
+        """Pass the values that the plots show to screen readers."""
         self.plot.setAccessibleDescription(plain_text(self.curve_words.text()))
         self.page.describe()

@@ -1,4 +1,4 @@
-"""The tracking page: a warning, the direction, the gains, and the tracker's effect on one joint."""
+"""The tracking page: a warning, the direction, the gains, and the effect on one joint."""
 
 from __future__ import annotations
 
@@ -44,12 +44,15 @@ _ADVICE = tr(
     "For a file, use the spline: it leaves the least jitter. The tracker (both ways or causal) is "
     "for streams."
 )
-_LEAST_HIGH = 90  # pixels of a plot
-_HIGHEST = 10000.0  # more than any frame rate needs
+_LEAST_HIGH = 90  # minimum height of a plot in pixels
+_HIGHEST = 10000.0  # largest gain; no frame rate needs more
 
 
 class TrackPage(QWidget):
-    """The page that sets up tracking and shows its result. Its buttons are window actions."""
+    """A page on which the user sets up tracking and sees its result.
+
+    The buttons belong to actions of the window.
+    """
 
     all_asked = Signal()
 
@@ -60,8 +63,9 @@ class TrackPage(QWidget):
         self._document, self._tracked, self._colours = document, tracked, colours
         self._joint = ""
         self._shown: tuple[object, ...] = ()
-        self._reviewed_last: Tracking | None = None  # the review's tracking at the last check
-        self._requested: Tracking | None = None  # requested here; may be newer
+        self._reviewed_last: Tracking | None = None  # tracking in the review at the last check
+        # The latest request from this page, which may be newer
+        self._requested: Tracking | None = None
         self._build(actions)
         colours.follow(self._colour)
         self.take_clip()
@@ -73,7 +77,7 @@ class TrackPage(QWidget):
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._usual: dict[str, float] = {}  # default gains for the clip and the direction
-        self._reviewed: dict[str, float] = {}  # gains that came from a review
+        self._reviewed: dict[str, float] = {}  # gains that were set from a review
         self.hand, self.learned = (
             QRadioButton(tr_as("gains", "Hand")),
             QRadioButton(tr_as("gains", "Learned")),
@@ -174,7 +178,11 @@ class TrackPage(QWidget):
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
-        """Return a tracking request for these rows with the page's direction and gains."""
+        """Return the tracking request for some rows, with the direction and the gains of this page.
+
+        `chosen` are the names of the rows, and `place` is the name of the row of the figure's
+        position.
+        """
         joints = tuple(name for name in chosen if name != place)
         if self.spline.isChecked():
             place_too, cutoff = len(joints) < len(chosen), self.cutoff.value()
@@ -186,21 +194,22 @@ class TrackPage(QWidget):
         return replace(plain, kp=kp, kd=kd, ka=ka)
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
-        """Track these rows with the direction and gains set on the page."""
+        """Track the joints in some rows with the direction and the gains of this page."""
         self.ask_for(self.tracking(chosen, place))
 
     def ask_for(self, tracking: Tracking) -> None:
-        """Track as requested."""
+        """Track as requested, and remember the request."""
         self._requested = tracking
         self._tracked.ask(tracking)
 
     def take_clip(self) -> None:
-        """Show the direction and gains from the new clip's review."""
+        """Show the direction and the gains from the review of the new clip."""
         data = self._document.data
         self.learned.setEnabled(data is not None and knows_learned(data.motion))
         self._reviewed_last = self._document.review.state.tracking if data else None
         self._requested = None
-        for name, value in self._reviewed.items():  # the last clip's value, not set by the person
+        # The value belongs to the previous clip, unless the user has changed it
+        for name, value in self._reviewed.items():
             if self.boxes[name].value() == value:
                 self.boxes[name].setValue(self._usual[name])
         self._reviewed = {}
@@ -214,7 +223,7 @@ class TrackPage(QWidget):
             self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Show the review's tracking after an undo, a redo, or the recovery of its journal."""
+        """Show the tracking in the review after an undo, a redo, or the recovery of the journal."""
         tracking = self._document.review.state.tracking if self._document.data else None
         if tracking == self._reviewed_last:
             return
@@ -224,10 +233,10 @@ class TrackPage(QWidget):
             self._show(tracking)
 
     def _show(self, tracking: Tracking) -> None:
-        """Show the direction and gains of a tracking request."""
+        """Show the direction and the gains of a tracking request."""
         if tracking.spline:
             self.spline.setChecked(True)
-            if not tracking.bursts:  # their cut-off is their own
+            if not tracking.bursts:  # bursts have cut-offs of their own
                 self.cutoff.setValue(tracking.cutoff)
             return
         (self.causal if tracking.causal else self.both_ways).setChecked(True)
@@ -256,7 +265,7 @@ class TrackPage(QWidget):
             before = box.value()
             chosen = before != self._usual.get(name, before)
             box.setValue(float(getattr(gains, name)))
-            self._usual[name] = box.value()  # rounded like the box
+            self._usual[name] = box.value()  # rounded by the field
             if chosen:
                 box.setValue(before)
 
@@ -271,7 +280,7 @@ class TrackPage(QWidget):
         self._show_plots()
 
     def _show_plots(self) -> None:
-        """Show the plots that contain curves, and hide the others."""
+        """Show the plots that have curves, and hide the others."""
         for part in (self.change_words, self.change):
             part.setVisible(self._tracked.result is not None)
         shown = not self.spline.isChecked() or self._traces() is not None
@@ -285,13 +294,13 @@ class TrackPage(QWidget):
         Parameters
         ----------
         chosen
-            Names of the selected rows.
+            The names of the selected rows.
         joint
-            The joint whose traces are drawn if it is tracked.
+            The joint whose curves are drawn, if it is tracked.
         rows
-            Names of all rows.
+            The names of all rows.
         place
-            Name of the row for the figure's position.
+            The name of the row of the figure's position.
         """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:
@@ -345,7 +354,7 @@ class TrackPage(QWidget):
             plot.fit(self._document.frames)
 
     def _draw_change(self) -> None:
-        """Draw the acceleration of the end of the joint's bone before and after tracking."""
+        """Draw the acceleration of the end of the joint's bone, before and after tracking."""
         result, frames = self._tracked.result, np.arange(self._document.frames, dtype=np.float64)
         lines = []
         if result is not None and self._joint:
@@ -357,14 +366,14 @@ class TrackPage(QWidget):
         self.change.fit(self._document.frames)
 
     def _traces(self) -> Traces | None:
-        """Return the traces of the shown joint, or None if it has not been tracked."""
+        """Return the traces of the tracked joints, or None if the drawn joint is not among them."""
         traces = self._tracked.result.traces if self._tracked.result else None
         if traces is None or self._joint not in traces.names or not len(traces.frames):
             return None
         return traces
 
     def go_to(self, frame: int) -> None:
-        """Move the playhead, and show the values at that frame."""
+        """Move the playhead, and show the values in that frame."""
         for plot in (self.change, self.gains, self.parts):
             plot.show_frame(frame)
         self._show_change(frame)
@@ -372,7 +381,7 @@ class TrackPage(QWidget):
             self.gain_words.set_text(tr("Tracker gains"))
             self.part_words.set_text(tr("Components of the tracker's acceleration"))
             return
-        # A step of 25 Hz applies to all frames up to it.
+        # The tracker runs at 25 Hz, so a step applies to all frames since the previous step.
         row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)
         k = traces.names.index(self._joint)
         gains = zip(_GAINS, _GAIN_ROLES, traces.gains[row, k], strict=True)
@@ -400,7 +409,7 @@ class TrackPage(QWidget):
         )
 
     def describe(self) -> None:
-        """Give screen readers the values shown in both plots."""
+        """Pass the values that the plots show to screen readers."""
         for plot, words in (
             (self.change, self.change_words),
             (self.gains, self.gain_words),
@@ -414,13 +423,13 @@ class TrackPage(QWidget):
 
 @lru_cache
 def _causal_words(dt: float) -> str:
-    """Return how a causal pass changes a joint, as text; cached for each frame rate."""
+    """Return a text about how a causal pass changes a joint. Cached for each frame time `dt`."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _moved_by(skeleton: Skeleton, name: str) -> int:
-    """Return the joint at the end of a joint's bone, or the joint itself at the end of a limb."""
+    """Return the joint at the end of a joint's bone, or the joint itself if it has no child."""
     joint = skeleton.index(name)
     return next(iter(skeleton.children[joint]), joint)
 
@@ -430,7 +439,7 @@ def _written(value: float) -> str:
 
 
 def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:
-    """Return what was tracked, how it was tracked, and what was left out."""
+    """Return a sentence: what was tracked, how it was tracked, and what was left out."""
     names, others = _listed(done, place), _listed(rest, place) or tr("nothing")
     if tracking.spline:
         return tr("Smoothed with the spline: {done}; unchanged: {rest}", done=names, rest=others)
@@ -440,7 +449,7 @@ def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], pl
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """Return one or two names, or the number of joints, then the position if included."""
+    """Return one or two names, or the number of joints; then the position, if it is included."""
     joints = [name for name in names if name != place]
     few = len(joints) <= 2
     parts = joints if few else [plural("{n} joint", "{n} joints", len(joints))]

@@ -1,4 +1,4 @@
-"""Track the open clip with QuaMo in the background, at the user's request."""
+"""Track the open clip with QuaMo in the background, when the user requests it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell
 
-_SETTLE_MS = 250  # wait for the end of a series of decisions before tracking again
+_SETTLE_MS = 250  # wait until a series of decisions has ended before tracking again
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +38,10 @@ class Result:
         The tracked motion.
     rotations, positions
         Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
+    traces
+        The internal values of the tracker in each step.
     accelerations
-        The joints' accelerations before and after tracking, (frames, joints) each, m/s².
+        The accelerations of the joints before and after tracking, (frames, joints) each, in m/s².
     joints
         The measures of the joints after tracking.
     quality
@@ -64,9 +66,14 @@ class _Request:
 
 
 class Tracked(QObject):
-    """Tracks the clip as the review requests. `result` belongs to the current review, or is None.
+    """Tracks the clip as the review requests.
 
     The clip is first corrected by all intervals that are not rejected, as in the 3D view.
+
+    Attributes
+    ----------
+    result
+        The result for the current review, or None.
     """
 
     changed = Signal()
@@ -76,7 +83,7 @@ class Tracked(QObject):
         super().__init__(parent)
         self._document = document
         self.result: Result | None = None
-        self.asked: Tracking | None = None  # requested, and not yet part of the review
+        self.asked: Tracking | None = None  # a request that is not part of the review yet
         self._task = OneTask(self)
         self._under_way: _Request | None = None
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -90,12 +97,12 @@ class Tracked(QObject):
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track the given joints. When the result is ready, it becomes part of the review."""
+        """Track the given joints. When the result is ready, the tracking is added to the review."""
         self.asked = tracking
         self._start()
 
     def cancel(self) -> None:
-        """Cancel the running tracking. The review keeps its previous tracking."""
+        """Cancel the tracking that is running. The review keeps its previous tracking."""
         self.asked = None
         self._halt()
         self._start()
@@ -107,7 +114,7 @@ class Tracked(QObject):
             self._document.do(Track(None))
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return global rotations and positions in a frame, or None if nothing is tracked."""
+        """Return the global rotations and positions of a frame, or None if nothing is tracked."""
         if self.result is None:
             return None
         return self.result.rotations[frame], self.result.positions[frame]
@@ -125,14 +132,15 @@ class Tracked(QObject):
         self.changed.emit()
 
     def _check(self) -> None:
-        """Track again if the result, or the running tracking, does not match the current review."""
+        """Track again if neither the result nor the running tracking matches the current review."""
         wanted = self._request()
         if wanted is None:
             had = self.result is not None or self.running
             self._settle.stop()
             self._halt()
             self._hold(None)
-            if had:  # without tracking, this runs at every step of τ, so draw nothing then
+            # Without tracking, this code runs at every step of τ, and nothing needs to be drawn
+            if had:
                 self.changed.emit()
         elif (self._under_way or (self.result and self.result.wanted)) != wanted:
             self._settle.start()
@@ -146,7 +154,7 @@ class Tracked(QObject):
         return _Request(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _hold(self, result: Result | None) -> None:
-        """Keep a result, and show its motion."""
+        """Store a result, and show its motion."""
         self.result = result
         self._document.show_tracked(result.motion if result else None)
 

@@ -1,1 +1,1 @@
-"""Record films and pictures of the 3D view, the curves and the equations, and the form for them."""
+"""Record films and pictures of the 3D view, the curves and the equations."""

@@ -11,7 +11,7 @@ from inspector.recording.film import SUFFIXES
 from inspector.recording.sweep import Sweep
 
 FPS = {".mp4": 30.0, ".gif": 15.0}
-USUAL_POINTS = 8.0  # type size of the plots' numbers, on the screen and on paper
+USUAL_POINTS = 8.0  # font size of the numbers in plots, on the screen and on paper
 SCREEN_DPI = 96.0
 
 
@@ -38,7 +38,7 @@ class Paper:
     dpi
         Pixels per inch.
     points
-        Size of the smallest text in points. The line widths are scaled with it.
+        The size of the smallest text in points. The widths of lines are scaled by the same factor.
     white
         True for the light theme on white paper, False for the colours of the window.
     """
@@ -55,15 +55,21 @@ class RecordChoice:
     Attributes
     ----------
     path
-        Output file with the suffix of a film, or with .png, .svg or .pdf.
+        The file to write. Its suffix is one of a film, or .png, .svg or .pdf.
     first, stop
-        Range of the clip's frames for a film.
+        The range of frames [first, stop) of a film.
     speed
-        Speed relative to real time.
+        The speed relative to real time.
     size
-        Width and height in pixels. A height of 0 means the height that the contents need.
+        The width and the height in pixels. A height of 0 means as high as the contents need.
+    contents
+        The parts of the window to record.
+    replace
+        True if an existing file may be replaced.
+    paper
+        The properties of a picture.
     sweep
-        Movement of a slider in a film of a single frame, or None.
+        The movement of a slider in a film of a single frame, or None.
     """
 
     path: Path
@@ -78,18 +84,18 @@ class RecordChoice:
 
     @property
     def film(self) -> bool:
-        """Return True for a film and False for a still picture."""
+        """True for a film, False for a picture."""
         return self.path.suffix.lower() in SUFFIXES
 
     @property
     def fps(self) -> float:
-        """Return the number of images per second of a film."""
+        """The number of images per second of a film."""
         return FPS[self.path.suffix.lower()]
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One image of a film: a frame of the clip, and the value of the moving slider."""
+    """One image of a film: a frame of the clip, and the value of the moving slider or None."""
 
     frame: int
     value: float | None = None

@@ -1,17 +1,17 @@
-"""Clip shapes to a rectangle, because SVG readers such as Qt's ignore clip paths."""
+"""Clip shapes to a rectangle, because some SVG readers, such as Qt's, ignore clip paths."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
-_CORNERS = 5  # points of a rectangle's outline, including the first one again
+_CORNERS = 5  # points of a rectangle's outline; the last one repeats the first
 _LINE = QPainterPath.ElementType.LineToElement
 _CURVE = QPainterPath.ElementType.CurveToElement
 
 
-def upright(path: QPainterPath) -> QRectF | None:
-    """Return the rectangle that a path describes, or None unless it is an axis-aligned one."""
+def upright_rectangle(path: QPainterPath) -> QRectF | None:
+    """Return the rectangle that a path describes, or None if it is not an upright rectangle."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}
@@ -56,6 +56,6 @@ def _inside(line: QLineF, box: QRectF) -> QLineF | None:
         first, last = max(first, ends[0]), min(last, ends[1])
     if first > last:
         return None
-    # Use the ends themselves if they are inside, so that connected lines stay connected.
+    # Ends inside the box are used unchanged, so that connected lines stay connected.
     begin = line.pointAt(first) if first > 0.0 else line.p1()
     return QLineF(begin, line.pointAt(last) if last < 1.0 else line.p2())

@@ -1,4 +1,4 @@
-"""Recording films and pictures of the views, as a feature of the window."""
+"""Films and pictures of the views, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Recording(FeatureParts):
 
     def connect(self, window: HostWindow) -> None:
         """Add the progress of a film to the status bar, and create the action."""
-        # The first permanent widget; only the line with the frame precedes it.
+        # The first permanent widget; only the frame line is left of it.
         window.statusBar().insertPermanentWidget(1, RecordingBar(self.recorder))
         taught = window.part(teaching)
         self.record_actions = RecordActions(
@@ -26,7 +26,7 @@ class Recording(FeatureParts):
         )  # fmt: skip
 
     def close(self) -> None:
-        """Cancel the film that is being made, if any."""
+        """Cancel the film that is being made."""
         self.recorder.cancel()
 
 

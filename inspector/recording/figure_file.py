@@ -11,8 +11,8 @@ from inspector.language import tr
 from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import png_of, svg_of
 
-_MM = 25.4  # per inch
-_LONGEST = 32_767  # maximum width and height in pixels; Qt paints nothing beyond that
+_MM = 25.4  # millimetres per inch
+_LONGEST = 32_767  # maximum width and height in pixels, beyond which Qt paints nothing
 PICTURES = (".png", ".svg", ".pdf")
 
 
@@ -37,7 +37,7 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     sheet.paint(painter)
     painter.end()
     for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
-        set_it(round(1000.0 * dpi / _MM))  # after painting, because it would change the type size
+        set_it(round(1000.0 * dpi / _MM))  # after painting, because this would change the font size
     return png_of(image)
 
 
@@ -48,7 +48,7 @@ def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
     writer = QPdfWriter(buffer)
     writer.setTitle(title)
     writer.setCreator("Twist Inspector")
-    writer.setResolution(sheet.density)  # the resolution at which the type was measured
+    writer.setResolution(sheet.density)  # the resolution at which the text was measured
     size = QPageSize(paper, QPageSize.Unit.Millimeter, title, QPageSize.SizeMatchPolicy.ExactMatch)
     whole = QPageLayout(size, QPageLayout.Orientation.Portrait, QMarginsF())
     writer.setPageLayout(whole)

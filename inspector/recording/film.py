@@ -1,4 +1,4 @@
-"""Write a film with ffmpeg in a thread. The file is renamed to its final name when complete."""
+"""Write a film with ffmpeg in a thread. The file gets its final name when it is complete."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from twistcore.files.atomic import (
 
 _WAITING = 4  # maximum number of frames that wait for ffmpeg
 
-# Options of ffmpeg, keyed by suffix.
+# Options for ffmpeg, keyed by suffix.
 _CODECS: dict[str, list[str]] = {
     ".mp4": [
         *("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-preset", "fast"),
         *("-movflags", "+faststart"),
     ],
-    # A palette per frame, because one for all frames would keep the whole film in memory.
+    # A palette per image, because a common palette would keep the whole film in memory.
     ".gif": ["-vf", "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1"],
 }
 SUFFIXES = tuple(_CODECS)
@@ -36,14 +36,14 @@ SUFFIXES = tuple(_CODECS)
 class FilmWriter:
     """Writes one film.
 
-    Call `offer` with each frame while the writer is not `full`, and `finish` at the end.
+    Call `offer` with each image while the writer is not `full`, and call `finish` at the end.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """Start writing.
+        """Start to write a film. Raises OSError if the path is a FIFO or a device.
 
-        `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels, two even numbers.
-        Raises OSError if the path is a FIFO or a device.
+        `path` ends with one of SUFFIXES. `size` is the size of an image in pixels, two even
+        numbers.
         """
         if is_stream(path):
             raise OSError(
@@ -51,8 +51,8 @@ class FilmWriter:
             )
         self.path = path
         self._end = destination(path)
-        # Kept open while ffmpeg writes to it, because an unfinished file that is not open may be
-        # deleted as a leftover.
+        # Keep the file open while ffmpeg writes to it: an unfinished file that no program has open
+        # may be deleted as a leftover.
         self._handle, self._part = open_temporary(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
@@ -64,24 +64,24 @@ class FilmWriter:
 
     @property
     def full(self) -> bool:
-        """Return True while enough frames are waiting for ffmpeg."""
+        """True while enough images wait for ffmpeg."""
         return self._frames.full()
 
     @property
     def ended(self) -> bool:
-        """Return True if the thread has ended."""
+        """True if the thread has ended."""
         return not self._thread.is_alive()
 
     def offer(self, rgb: bytes) -> None:
-        """Add a frame, given as rows of RGB from top to bottom."""
+        """Add an image, given as rows of RGB from top to bottom."""
         self._frames.put(rgb)
 
     def finish(self) -> None:
-        """Mark the film as complete. When the writer has `ended`, call `keep`."""
+        """Mark the film as complete. As soon as the writer has `ended`, call `keep`."""
         self._frames.put(None)
 
     def keep(self) -> None:
-        """Rename the finished film to its final name. Raises OSError if writing has failed."""
+        """Give the finished film its final name. Raises OSError if writing has failed."""
         self._thread.join()
         if self.trouble:
             self._drop()
@@ -118,17 +118,18 @@ class FilmWriter:
     def _write(self, size: tuple[int, int], fps: float) -> None:
         try:
             self.trouble = self._encode(_command(self._part, size, fps))
-        except (OSError, RuntimeError) as error:  # RuntimeError: no ffmpeg for this system
+        except (OSError, RuntimeError) as error:  # a RuntimeError means: no ffmpeg
             self.trouble = str(error)
         while not self._taken_end:
             self._take()
 
     def _encode(self, command: list[str]) -> str:
-        """Send all frames to ffmpeg, and return its error message, or '' on success."""
+        """Send all images to ffmpeg. Return its error message, or '' on success."""
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
             assert ffmpeg.stdin is not None
             assert ffmpeg.stderr is not None
-            with contextlib.suppress(BrokenPipeError):  # ffmpeg stopped: read its message below
+            # If ffmpeg has stopped, its message is read below
+            with contextlib.suppress(BrokenPipeError):
                 while (frame := self._take()) is not None:
                     ffmpeg.stdin.write(frame)
                 ffmpeg.stdin.flush()
@@ -150,7 +151,7 @@ class FilmWriter:
 
 
 def _command(path: Path, size: tuple[int, int], fps: float) -> list[str]:
-    """Return the ffmpeg command that makes a film from raw frames on standard input."""
+    """Return the ffmpeg command that makes a film from raw images on standard input."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{fps}"]

@@ -6,20 +6,28 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 
 from inspector.recording.choice import Contents
 
-WIDE = 620.0  # ratio; in a wider page, the equations are next to the figure
-_CURVES_SHARE = 0.42  # share of the height for the curves below a figure
-_VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
+WIDE = 620.0  # if the page is at least this wide, the equations are next to the figure
+_CURVES_SHARE = 0.42  # share of the page's height for the curves below a figure
+# Height divided by width of the figure, in a wide page and in a narrow page
+_VIEW_SHAPE = {True: 0.46, False: 0.72}
 _GAP = 2.0
 
 
-def boxes(
+def part_rectangles(
     page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
 ) -> dict[str, QRectF]:
-    """Return the rectangles of 'view', 'curves' and 'equations'.
+    """Return the rectangles of 'view', 'curves' and 'equations' on a page.
 
-    `wanted` is the natural size of the equations, which are never enlarged and keep their
-    proportions. `curves` is the height of the curves below a figure, or 0 for the default share of
-    the page.
+    Parameters
+    ----------
+    page
+        The size of the page.
+    contents
+        The parts to arrange.
+    wanted
+        The natural size of the equations, which are never enlarged and keep their proportions.
+    curves
+        The height of the curves below a figure, or 0 for the default share of the page.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE
@@ -29,7 +37,7 @@ def boxes(
         top = high - room.height() if others else 0.0
         out = {"equations": QRectF(QPointF(0.0, top), room)}
         rest = Contents(contents.view, contents.curves, equations=False)
-        return out | (boxes(QSizeF(wide, top), rest, wanted, curves) if others else {})
+        return out | (part_rectangles(QSizeF(wide, top), rest, wanted, curves) if others else {})
     out, left = {}, wide
     top = round(high - (curves or _CURVES_SHARE * high)) if contents.curves else high
     if not contents.view:
@@ -47,7 +55,10 @@ def boxes(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """Return the height that figure and equations need, side by side or stacked if narrow."""
+    """Return the height that the figure and the equations need.
+
+    They are next to each other in a wide page, and one below the other in a narrow page.
+    """
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
     if not contents.equations:
@@ -58,5 +69,5 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Return the largest size up to `wanted` that fits and has the same proportions."""
+    """Return the largest size that has the proportions of `wanted`, fits, and is not larger."""
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

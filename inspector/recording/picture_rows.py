@@ -1,4 +1,4 @@
-"""The rows of the Record dialog for a picture: size, resolution, type size and paper."""
+"""The rows of the Record dialog for a picture: size, resolution, font size and paper."""
 
 from __future__ import annotations
 
@@ -18,17 +18,26 @@ from inspector.language import tr, tr_as
 from inspector.recording.choice import SCREEN_DPI, Paper
 from inspector.widgets.building import hbox
 
-_INCH = 25.4  # mm
-_LONGEST = 12_000  # pixels of a side; Qt's own limit is 32,767
+_INCH = 25.4  # millimetres per inch
+_LONGEST = 12_000  # maximum number of pixels of a side; Qt's own limit is 32,767
 _RESOLUTIONS = (96, 150, 300, 600)
 _UNITS = {"mm": "mm", "pixels": tr("pixels")}
 
 
 @dataclass(frozen=True)
 class _Preset:
-    """A suggested size, with a resolution and a type size.
+    """A suggested size of a picture, with a resolution and a font size.
 
-    Width and height are in `unit`. A height of 0 means the height that the contents need.
+    Attributes
+    ----------
+    width, height
+        The size in `unit`. A height of 0 means as high as the contents need.
+    unit
+        'mm' or 'pixels'.
+    dpi
+        Pixels per inch.
+    points
+        The font size in points.
     """
 
     width: int
@@ -49,7 +58,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Adds the rows to a form. `size` and `paper` return the user's choices."""
+    """Adds the rows to a form. `size` and `paper` are the user's choices."""
 
     changed = Signal()
 
@@ -92,7 +101,7 @@ class PictureRows(QObject):
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
-        """Show the rows that apply to the choices so far, or hide all rows."""
+        """Show the rows that apply to the current choices, or hide all rows if `shown` is False."""
         self._shown = shown
         preset = self.preset.currentData()
         own = self.preset.currentText() == _OWN
@@ -104,7 +113,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Return width and height in pixels. A height of 0 fits the contents."""
+        """The width and the height in pixels. A height of 0 means as high as the contents need."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides
@@ -113,11 +122,11 @@ class PictureRows(QObject):
 
     @property
     def paper(self) -> Paper:
-        """Return resolution, type size and colour of the paper."""
+        """The resolution, the font size and the colour of the paper."""
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
-        """Describe the picture's size, with a note if it is the largest possible size."""
+        """Return a description of the picture's size, with a note if the size is at its limit."""
         most = self.width.maximum()
         if most not in (self.width.value(), self.height.value()):
             return self._size_in_words()
@@ -157,7 +166,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _other_unit(self) -> None:
-        """Convert the size to the newly chosen unit."""
+        """Convert the size to the unit that the user has just chosen."""
         times = self.dpi.currentData() / _INCH
         if self._unit == "mm":
             times = 1.0 / times
@@ -168,7 +177,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _limit(self) -> None:
-        """Limit width and height to the largest possible number of pixels."""
+        """Limit the width and the height to the maximum number of pixels."""
         pixels = self._unit == "pixels"
         most = _LONGEST if pixels else int(_LONGEST * _INCH / self.dpi.currentData())
         self.width.setRange(1, most)

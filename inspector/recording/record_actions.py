@@ -25,7 +25,7 @@ from twistcore.files.ordinary import is_there
 
 @dataclass(eq=False)
 class RecordActions:
-    """Records films and pictures of what the window shows."""
+    """Records films and pictures of the contents of the window."""
 
     document: Document
     recorder: Recorder
@@ -41,7 +41,7 @@ class RecordActions:
         self.recorder.failed.connect(self._not_recorded)
 
     def record_dialog(self) -> None:
-        """Open the Record dialog, then record according to the user's choice."""
+        """Open the Record dialog. When the user accepts it, record with the chosen settings."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
         elif self.recorder.running:
@@ -87,10 +87,10 @@ class RecordActions:
             message = tr("{path} could not be written: {why}.", path=choice.path, why=why)
             self.bar.show_message(message, True)
         finally:
-            stage.strike()
+            stage.close_views()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations first, in case the teaching tab has never been visible."""
+        """Typeset the equations first, because the teaching tab may never have been visible."""
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)

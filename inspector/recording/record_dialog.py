@@ -39,15 +39,15 @@ _NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):
-    """A form for the recording. `choice` returns the user's choices."""
+    """A form for a recording."""
 
     def __init__(
         self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
     ) -> None:
         """Build the form.
 
-        `seen` is the range of frames visible in the plots. `teaching` is True if the teaching tab
-        is in front.
+        `seen` is the range of frames that the plots show. `teaching` is True if the teaching tab is
+        in front.
         """
         assert document.data is not None
         proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
@@ -90,7 +90,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def choice(self) -> RecordChoice:
-        """Return the user's choices."""
+        """Return the settings that the user has chosen."""
         span = self.range.currentData()
         path = Path(self.path.text()).expanduser()
         suffix = str(self.format.currentData())
@@ -117,7 +117,10 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the ranges of frames offered for a film. None stands for a moving slider."""
+        """Return the choices of frames for a film, as (text, frames).
+
+        The frames are a range [first, stop), or None for a moving slider.
+        """
         document = self._document
         assert document.data is not None
         frames = document.frames
@@ -179,7 +182,7 @@ class RecordDialog(WriteDialog):
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
-    """Return a combo box of choices, given as texts and values."""
+    """Return a combo box of choices, given as pairs (text, value)."""
     box = QComboBox()
     for text, value in choices:
         box.addItem(text, value)

@@ -15,11 +15,11 @@ from inspector.recording.stage import Stage
 from inspector.widgets.building import hbox
 from twistcore.files.atomic import write_atomically
 
-_POLL_MS = 5  # interval between checks whether ffmpeg has caught up
+_POLL_MS = 5  # time between checks of whether ffmpeg has caught up
 
 
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
-    """Write a picture of a frame. If this fails, raise OSError and leave no file."""
+    """Write a picture of a frame. If this fails, raise OSError and leave no file behind."""
     stage.show_shot(Shot(frame))
     path, pixels = choice.path, stage.size_in_pixels
     data = figure_file(stage.sheet(), path.suffix.lower(), path.stem, pixels, choice.paper.dpi)
@@ -27,10 +27,10 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Makes one film at a time, and draws one frame per turn of the event loop."""
+    """Makes one film at a time. Each turn of the event loop draws one image."""
 
-    progress = Signal(int, int)  # number of finished frames, and of all frames
-    finished = Signal(object)  # the path of the film
+    progress = Signal(int, int)  # number of finished images, and of all images
+    finished = Signal(object)  # with the path of the film
     failed = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -48,7 +48,7 @@ class Recorder(QObject):
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Start a film of the stage. The stage is closed at the end."""
+        """Start a film of the stage. The stage is closed at the end of the film."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
@@ -93,7 +93,7 @@ class Recorder(QObject):
             self._timer.setInterval(_POLL_MS)
 
     def _wait(self, writer: FilmWriter) -> None:
-        """Check whether ffmpeg has finished, and then rename the film to its final name."""
+        """Check whether ffmpeg has finished. If so, give the film its final name."""
         if writer.trouble and self._at < len(self._shots):
             self._at = len(self._shots)
             writer.finish()
@@ -112,12 +112,12 @@ class Recorder(QObject):
 
     def _end(self) -> None:
         if self._stage is not None:
-            self._stage.strike()
+            self._stage.close_views()
         self._stage = self._writer = None
 
 
 class RecordingBar(QWidget):
-    """The progress of a film with a Cancel button. Hidden while no film is being made."""
+    """The progress of a film, with a Cancel button. Hidden while no film is being made."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class RecordingBar(QWidget):
 
 
 def _rgb(image: QImage) -> bytes:
-    """Return an image as rows of RGB, without the padding that Qt adds."""
+    """Return an image as rows of RGB, without the padding that Qt adds to rows."""
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     return rows[:, : 3 * image.width()].tobytes()

@@ -1,4 +1,4 @@
-"""The body of a report's figure, its poses, and the data with which a web page plays it."""
+"""The body of a figure in a report, its poses, and the data with which a web page plays it."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array
 
-_MARGIN = 1.6  # space around the limb that shows whose limb it is
-_EYE = 0.35  # height of the camera above the ground, as a share of the figure's height
+_MARGIN = 1.6  # space around the limb, which shows where in the body the limb is
+_EYE = 0.35  # height of the camera above the ground, relative to the figure's height
 
 
 class FigureToDraw:
@@ -52,14 +52,18 @@ class FigureToDraw:
         self.ground = lowest(positions, self._up, self.height, roots)
 
     def poses(self, pair: BeforeAfter) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return the global rotations and positions before and after."""
+        """Return the global rotations and positions before and after the correction."""
         first, second = (
             (self._rotations[t], self._positions[t]) for t in (pair.first, pair.second)
         )
         return first, second
 
     def camera(self, pair: BeforeAfter, aspect: float) -> OrbitCamera:
-        """Return the camera from which a pair's limb is seen best."""
+        """Return the camera from which the limb of a pair is seen best.
+
+        `pair` is a pair of frames before and after the correction. `aspect` is the width of the
+        picture divided by its height.
+        """
         chain, skeleton = _find_chain(self.figure, pair), self.figure.motion.skeleton
         before, after = self.poses(pair)
         own = tuple(c for c in self.chains if c.person == chain.person)
@@ -75,9 +79,9 @@ class FigureToDraw:
         return _above_ground(camera, self.ground, self.height)
 
     def player(self) -> dict[str, Any]:
-        """Return the figure, its views and its scripts for a page that plays, as JSON data.
+        """Return the figure, its views and its scripts as JSON data for a page that plays the clip.
 
-        The result has only the key `problem` if three.js is missing.
+        If three.js is missing, the result has only the key `problem`.
         """
         try:
             library = three_js()
@@ -95,7 +99,7 @@ class FigureToDraw:
         }
 
     def _view(self, pair: BeforeAfter) -> dict[str, Any]:
-        """Return the camera of a pair, its limb and the joints of its person."""
+        """Return the camera of a pair, its limb and the joints of its person, as JSON data."""
         camera, chain = self.camera(pair, 1.0), _find_chain(self.figure, pair)
         every = range(len(self.figure.motion.skeleton))
         return {
@@ -108,7 +112,7 @@ class FigureToDraw:
 
 
 def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
-    """Return the camera raised so that the grid on the ground does not cover the figure."""
+    """Return the camera, raised so that the grid on the ground does not cover the figure."""
     rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
     lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)

@@ -1,7 +1,7 @@
 """Draw the pictures for a report: `python -m inspector.recording.report_pictures FOLDER`.
 
-The pictures and a page that plays show the same bodies as the 3D view. No window, event loop or
-display is needed.
+The pictures, and a page that plays the clip, show the same bodies as the 3D view. No window, event
+loop or display is needed.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from twistcore.files.encoding import json_bytes
 from twistcore.report.picture_job import picture_path, player_path, read_job
 
 _SAMPLES = 8  # samples per pixel
-_QUALITY = 84  # JPEG quality, for about 10 kB per picture
+_QUALITY = 84  # JPEG quality; a picture has about 10 kB
 
 
 class OffscreenRenderer:
-    """Draws figures one after the other into an off-screen image."""
+    """Draws figures one after the other as off-screen images."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]
@@ -47,7 +47,7 @@ class OffscreenRenderer:
         self._window.AddRenderer(self._renderer)
 
     def pictures(self, drawing: FigureToDraw) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
-        """Yield (index of the pair, 0 for before or 1 for after, image) for a figure."""
+        """Yield (index of the pair, 0 for before or 1 for after, image) for a figure's views."""
         points, lines, strength = ground_lines(drawing.ground)
         grid = Piece(len(points), lines=lines).unlit().add_to(self._renderer)
         grid.move(points)
@@ -88,7 +88,7 @@ class OffscreenRenderer:
 
 
 def main(folder: Path) -> None:
-    """Draw the pictures that are described by files in a folder, and write them there."""
+    """Draw the pictures described by the files in a folder, and write them to that folder."""
     size, figures = read_job(folder)
     renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):

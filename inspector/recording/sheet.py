@@ -1,8 +1,8 @@
-"""A paint device that stores lines, text and images for output in any format.
+"""A paint device that stores lines, text and images, to write them in any format.
 
-The SVG writer of Qt ignores clips when a widget is painted into it, and writes cosmetic pens with a
-property that librsvg and others ignore. Therefore the sheet first converts everything to its own
-units, including line widths and clips.
+When a widget is painted into the SVG writer of Qt, the writer ignores clips, and it writes cosmetic
+pens with a property that librsvg and other programs ignore. Therefore the sheet first converts
+everything to its own units, including the widths of lines and the clips.
 """
 
 from __future__ import annotations
@@ -29,16 +29,28 @@ from PySide6.QtGui import (
     QTransform,
 )
 
-from inspector.recording.cutting import cut_lines, is_straight, upright
+from inspector.recording.cutting import cut_lines, is_straight, upright_rectangle
 
-_HATCH = 8.0  # units between two stripes, as in Qt's patterns
+_HATCH = 8.0  # units between two stripes, as in Qt's fill patterns
 
 _Box = QRect | QRectF
 
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the sheet's units. `ink` fills its area, and `pen` draws its line."""
+    """An outline in the units of the sheet.
+
+    Attributes
+    ----------
+    ink
+        The colour of the area, or None.
+    pen
+        The pen of the line, or None.
+    clip
+        The visible area, or None for all.
+    smooth
+        True to smooth the edges.
+    """
 
     path: QPainterPath
     ink: QColor | None
@@ -49,7 +61,17 @@ class SheetShape:
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """A text at the point `at`. `places` transforms its coordinates to the units of the sheet."""
+    """A text on the sheet.
+
+    Attributes
+    ----------
+    at
+        The position, in the text's own coordinates.
+    places
+        The transformation from these coordinates to the units of the sheet.
+    clip
+        The visible area, or None for all.
+    """
 
     text: str
     font: QFont
@@ -78,7 +100,7 @@ Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
-    """A sheet of width × height units, with `density` units per inch and the stored `items`."""
+    """A sheet of `width` × `height` units, with `density` units per inch."""
 
     def __init__(self, width: float, height: float, density: int) -> None:
         super().__init__()
@@ -88,15 +110,15 @@ class Sheet(QPaintDevice):
 
     @property
     def items(self) -> Sequence[Item]:
-        """Return everything painted so far, from back to front."""
+        """All items painted so far, from back to front."""
         return self._engine.items
 
     def paintEngine(self) -> QPaintEngine:
-        """Return the engine that stores everything painted on the sheet."""
+        """Return the engine that stores everything that is painted on the sheet."""
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the size or the resolution that Qt asks for."""
+        """Return the measure of the device that Qt asks for, such as its width."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -120,7 +142,8 @@ class Sheet(QPaintDevice):
     def paint(self, painter: QPainter) -> None:
         """Paint the contents with the painter of another device.
 
-        Edges are as sharp as in a window at one unit per pixel, and smoothed at other scales.
+        At one unit per pixel, edges are as sharp as in a window; at other scales, they are
+        smoothed.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -180,7 +203,7 @@ class _Keeper(QPaintEngine):
         return QPaintEngine.Type.User
 
     def updateState(self, state: QPaintEngineState) -> None:
-        """Store the pen, brush, clip and transformation for the next shapes."""
+        """Store the pen, the brush, the clip and the transformation for the next shapes."""
         dirty, changed = QPaintEngine.DirtyFlag, state.state()
         self._places = QTransform(state.transform())
         self._pen, self._brush = QPen(state.pen()), state.brush()
@@ -200,7 +223,7 @@ class _Keeper(QPaintEngine):
         self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
 
     def drawPolygon(self, points: Any, mode: Any = None) -> None:
-        """Store a polygon, or a polyline that is not filled."""
+        """Store a polygon. A polyline is stored without a fill."""
         corners = QPolygonF([QPointF(p) for p in points])
         path = QPainterPath()
         path.addPolygon(corners)
@@ -274,16 +297,16 @@ class _Keeper(QPaintEngine):
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
         """Store lines, cut at a rectangular clip, because some readers ignore clips."""
-        box = upright(clip) if clip is not None else None
+        box = upright_rectangle(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
         if not path.isEmpty():
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """Remove the last shapes if a rectangle covers them, because their edges would be visible.
+        """Remove the latest shapes if a rectangle covers them, or their edges would be visible.
 
-        For example, Qt and a plot fill the plot's background in different colours.
+        For example, a plot paints its own background over the background that Qt has painted.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -297,7 +320,7 @@ class _Keeper(QPaintEngine):
             self.items.pop()
 
     def _wide_pen(self) -> QPen | None:
-        """Return the pen with its width converted to the units of the sheet, or None."""
+        """Return the pen with its width in the units of the sheet, or None if there is no line."""
         if self._pen.style() == Qt.PenStyle.NoPen:
             return None
         pen = QPen(self._pen)
@@ -310,7 +333,7 @@ class _Keeper(QPaintEngine):
         return pen
 
     def _faded(self, colour: QColor) -> QColor:
-        """Return a colour with the opacity of the painter applied."""
+        """Return a colour with the painter's opacity applied."""
         faded = QColor(colour)
         faded.setAlphaF(colour.alphaF() * self._opacity)
         return faded
@@ -325,9 +348,9 @@ class _Keeper(QPaintEngine):
             self._clip = self._clip.intersected(there)
 
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
-        """Return the clip for a shape in this box, or None if the box is inside the clip."""
+        """Return the clip for a shape in this box, or None if the whole box is inside the clip."""
         clip = self._clip
-        window = self.systemClip()  # clip of the painted widget, in whole units
+        window = self.systemClip()  # the clip of the painted widget, in whole units
         near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
         if not window.isEmpty() and (window.rectCount() > 1 or not near.contains(box)):
             edges = QPainterPath()
@@ -337,13 +360,13 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """Return True if a box is inside a clip. Unlike in Qt's test, their edges may coincide."""
-    edges = upright(clip)
+    """Return True if a box is inside a clip. Their edges may coincide, unlike in Qt's test."""
+    edges = upright_rectangle(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _complete_font(font: QFont) -> QFont:
-    """Return the font with all attributes set, so that they do not depend on the device."""
+    """Return the font with all attributes set, so that none depends on the device."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())
@@ -354,12 +377,12 @@ def _complete_font(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Return diagonal lines across a shape, to be drawn instead of Qt's fill patterns."""
+    """Return diagonal lines across a shape, which replace Qt's fill patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH
     for k in range(count + 2):
-        total = first + k * _HATCH  # x + y along a stripe
+        total = first + k * _HATCH  # x + y of all points of the stripe
         lines.moveTo(total - box.top(), box.top())
         lines.lineTo(total - box.bottom(), box.bottom())
     pen = QPen(ink, 1.0)

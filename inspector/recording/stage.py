@@ -1,6 +1,6 @@
-"""The stage for films and pictures: off-screen copies of the views.
+"""Off-screen copies of the views, from which films and pictures are made.
 
-The user can continue to work in the window while a film is made, and the film can have any size.
+The user can continue to work in the window while a film is made, and a film can have any size.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr
 from inspector.recording.choice import SCREEN_DPI, USUAL_POINTS, Contents, Paper, RecordChoice, Shot
-from inspector.recording.page_layout import boxes, natural_height
+from inspector.recording.page_layout import natural_height, part_rectangles
 from inspector.recording.sheet import Sheet
 from inspector.recording.view_picture import view_picture
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.teaching.what_if_values import plotted
+from inspector.teaching.what_if_values import what_if_angles
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
 WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # no grey on white paper
-_TYPE = 9.0  # points of legend and equations, if the plots' numbers have USUAL_POINTS
+_TYPE = 9.0  # points of the legend and the equations, if the numbers in plots have USUAL_POINTS
 _STAR = tr("* Corrected here: the paper prints this equation differently.")
 _NOTHING = QSizeF(1.0, 1.0)
 
@@ -44,8 +44,8 @@ class Shown:
 class Stage(QWidget):
     """Off-screen copies of the views, with a copy of the document.
 
-    The layout uses units that may differ from the picture's pixels, so that text and lines have the
-    same size on paper at any resolution.
+    The layout uses units, which may differ from the pixels of the picture, so that text and lines
+    have the same size on paper at any resolution.
     """
 
     def __init__(self, shown: Shown, choice: RecordChoice) -> None:
@@ -53,9 +53,9 @@ class Stage(QWidget):
         super().__init__()
         self._choice, self._film = choice, choice.film
         paper = choice.paper if not self._film else Paper()
-        self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # per pixel
+        self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # units per pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
-        # The stage's own colours, since the program's may change.
+        # Colours of its own, because the program's colours may change.
         self._colours = Colours(self.theme, self)
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
@@ -75,7 +75,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return a copy of a taught frame. It is active if a sweep or the equations need it."""
+        """Return a copy of the taught frame, active if a sweep or the equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed
@@ -109,7 +109,7 @@ class Stage(QWidget):
         if contents.curves:
             self.timeline = Timeline(self.document, self._colours)
             self.timeline.setParent(self)
-            self._colours.use(self.theme)  # again, since setting a parent resets the colours
+            self._colours.use(self.theme)  # again, because setting a parent resets the colours
             self.timeline.plots_button.hide()
             if not self._film:
                 self.timeline.become_figure()
@@ -119,7 +119,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """Resize the equations to the size of their rows, and remove buttons and links."""
+        """Resize the equations to the size of their rows, and disable their buttons and links."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -130,7 +130,7 @@ class Stage(QWidget):
         layout = equations.layout()
         assert layout is not None
         heads = [head.sizeHint().width() for head in equations.heads if not head.isHidden()]
-        wide = max(equations.whole_width, *heads)  # in the tab they may be cut off
+        wide = max(equations.whole_width, *heads)  # in the teaching tab, they may be cut off
         self._wanted = QSizeF(wide, layout.totalHeightForWidth(wide))
         equations.resize(self._wanted.toSize())
 
@@ -157,7 +157,7 @@ class Stage(QWidget):
         # Films need even numbers of pixels, and so do the halves of a split view.
         self.resize(max(2, round(wide) // 2 * 2), max(2, round(high) // 2 * 2))
         page = QSizeF(self.size())
-        self._boxes = boxes(page, choice.contents, self._wanted, curves)
+        self._boxes = part_rectangles(page, choice.contents, self._wanted, curves)
         for key, widget in (("view", self.viewport), ("curves", self.timeline)):
             if widget is not None:
                 widget.setGeometry(self._boxes[key].toRect())
@@ -166,14 +166,14 @@ class Stage(QWidget):
 
     @property
     def size_in_pixels(self) -> QSize:
-        """Return the size of the picture in pixels."""
+        """The size of the picture in pixels."""
         if self._film:
             return self.size()
         wide, high = self._choice.size
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Show the frame of a shot, with the moving slider at its value for that image."""
+        """Show an image of a film: its frame, and the moving slider at its value."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -181,11 +181,11 @@ class Stage(QWidget):
             self.viewport.refresh()
         if self.equations is not None:
             self.equations.refresh()
-        # No event loop runs in between, so do now what Qt would do in the next turn: the readout
-        # may have grown, and a new plot in the grid appears only then.
+        # No event loop runs in between, so do now what Qt would do in its next turn: the label of
+        # the frame may have grown, and a new plot in the grid becomes visible only then.
         if self.timeline is not None:
             self.timeline.refresh()
-            self.timeline.show_what_if(plotted(self.taught))
+            self.timeline.show_what_if(what_if_angles(self.taught))
             for pane in self.timeline.panes.values():
                 QCoreApplication.sendPostedEvents(pane)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
@@ -204,7 +204,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """Return the stage as lines and text. Only the 3D figure is an image."""
+        """Return the stage as lines and text; only the 3D figure is an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)
@@ -233,7 +233,7 @@ class Stage(QWidget):
             self.equations.paint_into(painter, box.size())
             painter.translate(-box.topLeft())
 
-    def strike(self) -> None:
+    def close_views(self) -> None:
         """Close the stage and its views."""
         if self.viewport is not None:
             self.viewport.close()

@@ -1,6 +1,7 @@
-"""Write a sheet as an SVG that looks the same in all readers: only paths, in one coordinate system.
+"""Write a sheet as an SVG that looks the same in all readers.
 
-Text is stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
+The SVG has only paths, in one coordinate system. Text is stored as outlines, so that no reader
+needs the fonts; `aria-label` contains the text.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in SVG notation: moves, lines and cubic curves."""
+    """Return a path in the notation of SVG: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -110,7 +111,7 @@ def _path(path: QPainterPath) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number with at most two decimals, since 0.01 units are 3 µm."""
+    """Return a number with at most two decimals; 0.01 units are 3 µm."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -119,6 +120,6 @@ def png_of(image: QImage) -> bytes:
     """Return an image as a PNG. Raises OSError if it is too large for Qt."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # the stub wants bytes
         raise OSError(EFBIG, tr("the image is too large for a PNG"))
     return bytes(buffer.data().data())

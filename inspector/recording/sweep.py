@@ -12,10 +12,19 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """A slider that a film can move: its name, unit, range and number of decimals.
+    """A slider that a film can move.
 
-    `unit` is "°" for an angle, "%" for a share, and "" for the stage of the explanation: 0 is the
-    bone at rest, 1 is the bone after its swing, and 2 is the bone after swing and twist.
+    Attributes
+    ----------
+    words
+        The name of the slider.
+    unit
+        '°' for an angle, '%' for a share, or '' for the stage of the explanation: stage 0 is the
+        bone at rest, 1 is the bone after its swing, and 2 is the bone after swing and twist.
+    low, high
+        The range of the slider.
+    decimals
+        The number of decimals.
     """
 
     words: str
@@ -37,9 +46,18 @@ SWEPT = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """The movement of `slider`, a key of SWEPT, from `first` to `last` in `seconds`.
+    """The movement of a slider in a film.
 
-    If the slider also moves back, it takes this time in each direction.
+    Attributes
+    ----------
+    slider
+        A key of SWEPT.
+    first, last
+        The values at the beginning and at the end.
+    seconds
+        The duration of the movement in each direction.
+    and_back
+        True if the slider also moves back.
     """
 
     slider: str
@@ -55,7 +73,7 @@ class Sweep:
         return there + there[-2:0:-1] if self.and_back else there
 
     def show(self, taught: TaughtFrame, value: float) -> None:
-        """Set this slider of a taught frame, and leave the other sliders unchanged."""
+        """Set this slider in a taught frame, and leave the other sliders unchanged."""
         if self.slider == "stage":
             taught.set_stage(value)
         elif self.slider == "applied":

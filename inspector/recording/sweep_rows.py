@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Adds the rows to a form. `sweep` returns the user's choice."""
+    """Adds the rows to a form. `sweep` is the user's choice."""
 
     changed = Signal()
 
@@ -49,7 +49,7 @@ class SweepRows(QObject):
 
     @property
     def sweep(self) -> Sweep:
-        """Return the chosen slider, with the range and the duration of its movement."""
+        """The chosen slider, with the range and the duration of its movement."""
         return Sweep(
             self.slider.currentData(),
             self.first.value(),

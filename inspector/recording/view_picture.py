@@ -1,4 +1,4 @@
-"""Take pictures of the 3D view at print resolution, with lines scaled to the same thickness."""
+"""Take pictures of the 3D view at print resolution, with lines of proportional thickness."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from vtkmodules.vtkRenderingCore import (
 from inspector.viewport.viewport import Viewport
 
 _SAMPLES = 4  # samples per pixel, for smooth edges even with software rendering
-_LARGEST = 8192  # maximum number of pixels; drivers refuse more
+_LARGEST = 8192  # maximum width and height in pixels, because drivers refuse more
 
 
 def view_picture(viewport: Viewport, size: QSize) -> QImage:
-    """Return a picture of a view in this size, without the view's overlays."""
+    """Return a picture of a view in the given size, without the overlays of the view."""
     view = viewport.view
     assert view is not None
-    viewport.grab()  # makes sure that the context exists and that everything is drawn
+    viewport.grab()  # the context must exist, and everything must be drawn
     window = view.ren_win
     assert window is not None
     times = size.width() / max(1, viewport.width())

@@ -1,1 +1,1 @@
-"""Two reviewers: another review of the open clip, compared with this one."""
+"""Compare the review of the open clip with another reviewer's review."""

@@ -1,4 +1,4 @@
-"""The list of differences between this review and another one, with the buttons to settle them."""
+"""The list of differences between this review and another one, with buttons to settle them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QWidget
 
 from inspector.language import of_core, plural, tr
-from inspector.panels.interval_rows import end_of, mark_of
+from inspector.panels.interval_rows import end_text, verdict_text
 from inspector.panels.reject_reasons import shown_reason
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
@@ -24,21 +24,21 @@ from twistcore.files.encoding import legible
 from twistcore.review import Decision, Judged, Settle
 from twistcore.review.agreement import PairDifference, decided_by_person
 
-_BUTTONS = {  # short texts for buttons
+_BUTTONS = {  # short texts for the buttons, keyed by action id
     "keep_mine": tr("Keep mine"),
     "take_theirs": tr("Take theirs"),
     "next_difference": tr("Next"),
     "take_undecided": tr("Theirs for all I left undecided"),
 }
-_MOST = 300  # letters of a decision with its note
-_PAUSE_MS = 30  # without a change of the review; longer than between two steps of a drag
+_MOST = 300  # maximum number of letters of a decision with its note
+_PAUSE_MS = 30  # time without a change of the review; longer than between two steps of a drag
 _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 
 
 class DifferencesModel(RowModel[DifferenceRow]):
     """The rows of the differences: the interval, and the decisions of both reviewers."""
 
-    heads = ("", "", "")  # with the reviewers' names in a comparison
+    heads = ("", "", "")  # set for each comparison, because they contain the reviewers' names
     middle = (0,)
 
     def __init__(self, document: Document, colours: Colours) -> None:
@@ -50,10 +50,10 @@ class DifferencesModel(RowModel[DifferenceRow]):
         return thing.key
 
     def describe(self, thing: DifferenceRow) -> TableRow:
-        """Return the texts of a row: both decisions, or what differs between the corrections."""
+        """Return the texts of a row: both decisions, or the differing values of the corrections."""
         pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
         name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
-        texts = [mark_of(judged) if judged else "–" for judged in sides]
+        texts = [verdict_text(judged) if judged else "–" for judged in sides]
         if pair.difference == PairDifference.CORRECTION:
             both = [self.correction(judged) for judged in sides if judged]
             differing = [k for k, (a, b) in enumerate(zip(*both, strict=True)) if a != b]
@@ -72,10 +72,10 @@ class DifferencesModel(RowModel[DifferenceRow]):
         )
 
     def correction(self, judged: Judged) -> tuple[str, str, str]:
-        """Return the frames, the angle and the end of an interval as text."""
+        """Return the frames, the angle and the end of a correction as texts."""
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
-        return frames, angle_of(interval.kind, interval.shown), end_of(judged)
+        return frames, angle_of(interval.kind, interval.shown), end_text(judged)
 
     def label(self, chain: str) -> str:
         """Return the label of a chain, or its name if only the other review has the chain."""
@@ -88,7 +88,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
 class ComparisonPanel(QWidget):
     """The differences between two reviews. Selecting a row shows its interval."""
 
-    shown = Signal(object)  # the selected interval, of either review
+    shown = Signal(object)  # with the selected interval, which may be from either review
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]
@@ -96,7 +96,7 @@ class ComparisonPanel(QWidget):
         super().__init__()
         self._document = document
         self._second: SecondReview | None = None
-        self._key: int | None = None  # of the current row
+        self._key: int | None = None  # the key of the current row
         self.model = DifferencesModel(document, colours)
         self.table = RowTable(self.model)
         self.table.setAccessibleName(tr("Differences between the reviews"))
@@ -118,7 +118,7 @@ class ComparisonPanel(QWidget):
         self.compare(None)
 
     def compare(self, second: SecondReview | None) -> None:
-        """List the differences from another review, or nothing for None."""
+        """List the differences from another review. None clears the list."""
         self._second, self._key = second, None
         mine, theirs = (second.mine, second.theirs) if second else ("", "")
         self.model.heads = (tr("Interval"), f"{tr('Mine')}\n{mine}", f"{tr('Theirs')}\n{theirs}")
@@ -153,7 +153,7 @@ class ComparisonPanel(QWidget):
             self._say(tr("All differences between the reviews are settled."))
 
     def keep_mine(self) -> None:
-        """Confirm the own decision. An interval that only the other review has is rejected."""
+        """Confirm the own decision. If only the other review has the interval, reject it."""
         if (row := self._chosen()) is None:
             return
         mine, theirs = row.pair.mine, row.pair.theirs
@@ -177,7 +177,7 @@ class ComparisonPanel(QWidget):
             self._say(tr("The other reviewer has not decided on this interval."))
 
     def take_undecided(self) -> None:
-        """Use all decisions of the other reviewer on intervals that are undecided here.
+        """Use the other reviewer's decisions on all intervals that are undecided here.
 
         The decisions keep the other reviewer's name.
         """
@@ -202,7 +202,7 @@ class ComparisonPanel(QWidget):
     # -- the list --------------------------------------------------------------------------------
 
     def _refresh(self) -> None:
-        """Update the rows. If a decision has settled the current one, go to the next one."""
+        """Update the rows. If the current difference has just been settled, go to the next one."""
         self._later.stop()
         if self._second is None:
             return
@@ -220,9 +220,9 @@ class ComparisonPanel(QWidget):
             self._follow()
 
     def _follow(self) -> None:
-        """Select the row of the document's selected interval."""
+        """Select the row of the interval that is selected in the document."""
         if self._second is None or self._later.isActive():
-            return  # `_refresh` follows
+            return  # a call of `_refresh` follows
         selected = self._document.interval_id
         of_interval = {r.pair.mine.id: r.key for r in self.model.things if r.pair.mine is not None}
         if selected is not None:
@@ -249,7 +249,7 @@ class ComparisonPanel(QWidget):
             self._show(row)
 
     def _show(self, row: DifferenceRow) -> None:
-        """Select the interval of a row, or go to its frames if only the other review has it."""
+        """Select the interval of a row. If only the other review has it, go to its frames."""
         document, judged = self._document, row.pair.either
         if row.pair.mine is not None:
             document.select_interval(judged.id, jump=True)
@@ -264,7 +264,7 @@ class ComparisonPanel(QWidget):
     # -- texts -----------------------------------------------------------------------------------
 
     def _described(self) -> str:
-        """Return what differs in the selected row, and both decisions with name, time and note."""
+        """Return what differs in the selected row, and both decisions, as rich text."""
         if (row := self.current) is None or (difference := row.pair.difference) is None:
             return ""
         sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
@@ -274,8 +274,8 @@ class ComparisonPanel(QWidget):
         return "<br>".join(lines)
 
     def _decision(self, judged: Judged) -> str:
-        """Return a decision in words, with correction, reviewer, time, reason and note."""
-        words = [" ".join((mark_of(judged), *self.model.correction(judged))).rstrip()]
+        """Return a decision as text, with its correction, reviewer, time, reason and note."""
+        words = [" ".join((verdict_text(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
         return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))

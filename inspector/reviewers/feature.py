@@ -1,4 +1,4 @@
-"""The comparison with another review of the clip as a feature of the window."""
+"""The comparison with another review of the clip, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from twistcore.review.agreement import check_same_clip
 
 
 class Reviewers(FeatureParts):
-    """The panel of the differences, and the actions that settle them."""
+    """The panel of differences, and the actions that settle them."""
 
     def __init__(self, window: HostWindow) -> None:
         self.comparison = ComparisonPanel(window.document, window.colours, window.actions_by_id)
 
     def connect(self, window: HostWindow) -> None:
-        """Hide the panel when another clip is opened, and zoom to the selected difference."""
+        """Hide the panel when another clip is opened, and zoom to a selected difference."""
         self._window, self._dock = window, window.docks["comparison"]
         self._reading = OneTask(self.comparison)
         window.document.opened.connect(self._end)
         self.comparison.shown.connect(self._zoom)
 
     def choose(self) -> None:
-        """Let the user choose another review of the open clip, and compare it with this one."""
+        """Let the user choose another review of the open clip, and compare both reviews."""
         document = self._window.document
         pattern = tr("Sessions") + f" ({SESSION_PATTERNS});;" + tr("All files") + " (*)"
         ask_files(
@@ -55,7 +55,7 @@ class Reviewers(FeatureParts):
         )
 
     def compare_with(self, path: Path) -> None:
-        """Compare the review in a session file with the open one."""
+        """Compare the review in a session file with the open review."""
         if (data := self._window.document.data) is not None:
             clip = data.clip
             then = partial(self._compare, path)
@@ -83,18 +83,22 @@ class Reviewers(FeatureParts):
             self._window.timeline.visible.zoom_to_interval(judged)
 
     def _end(self) -> None:
-        """Forget the other review, because another clip is open."""
+        """Close the comparison, because another clip was opened."""
         self._reading.cancel()
         self.comparison.compare(None)
         self._dock.hide()
 
     def close(self) -> None:
-        """Stop reading."""
+        """Stop reading a session."""
         self._reading.cancel()
 
 
 def _read(path: Path, clip: Clip) -> Session:
-    """Read a session. Raises TwistError if it is damaged, or is of the clip but does not fit it."""
+    """Read a session.
+
+    Raises TwistError if it is damaged, or if it is a session of this clip but does not fit the
+    clip.
+    """
     session = read_session(path)
     if session.sha256 == clip.sha256:
         chains_of(session, clip)

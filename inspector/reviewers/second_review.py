@@ -1,4 +1,4 @@
-"""Another review of the open clip, its differences from this review, and which are settled."""
+"""Another review of the open clip, and its settled and open differences from this review."""
 
 from __future__ import annotations
 
@@ -19,14 +19,22 @@ from twistcore.review.agreement import (
 
 @dataclass(frozen=True)
 class DifferenceRow:
-    """A difference between the reviews, which a third verdict settles."""
+    """A difference between the reviews.
+
+    Attributes
+    ----------
+    pair
+        The intervals of both reviewers.
+    settled
+        True if the reviewer has decided again, or the decisions have become equal.
+    """
 
     pair: PairedIntervals
     settled: bool
 
     @property
     def key(self) -> int:
-        """A number that identifies the row, also after the third verdict."""
+        """A number that identifies the row, before and after it is settled."""
         return self.pair.theirs.id if self.pair.theirs else -self.pair.either.id
 
 
@@ -36,7 +44,7 @@ class SecondReview:
     Attributes
     ----------
     agreement
-        The agreement of both reviewers at that time, before any third verdict.
+        The agreement of both reviewers at the beginning, before any difference was settled.
     mine, theirs
         The names of the reviewers.
     """
@@ -47,12 +55,12 @@ class SecondReview:
         both = reviewers_of(intervals), reviewers_of(self._theirs)
         self.mine, self.theirs = map(", ".join, both)
         self._began = {j.id: (j.decision, j.decided_at) for j in intervals}
-        self._listed: set[int] = set()  # keys of pairs that have differed
+        self._listed: set[int] = set()  # keys of all pairs that have differed
 
     def rows(self, state: ReviewState) -> list[DifferenceRow]:
-        """Return the differences from this review, including settled ones.
+        """Return the differences from this review, sorted by chain and start.
 
-        They are sorted by chain and start.
+        Settled differences are included.
         """
         pairs = paired(state.intervals, self._theirs)
         rows = [DifferenceRow(pair, self._is_settled(pair)) for pair in pairs]
@@ -67,7 +75,7 @@ class SecondReview:
         return again or pair.difference is None
 
     def left_to_them(self, state: ReviewState) -> tuple[Judged, ...]:
-        """Return their decisions on intervals that this reviewer has left undecided."""
+        """Return the other reviewer's decisions on intervals that are undecided here."""
         return left_to_second(paired(state.intervals, self._theirs), state.next_id)
 
 

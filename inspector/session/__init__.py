@@ -1,1 +1,1 @@
-"""The open document: settings, opening and saving, proposed intervals, export and playing."""
+"""The open document: settings, opening and saving, detection, export and playback."""

@@ -1,4 +1,4 @@
-"""Open clips and sessions in the background; the old clip stays open until the new one is read."""
+"""Open clips and sessions in the background. The old clip stays open until the new one is read."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class ClipOpener(QObject):
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, of slow work
     over = Signal()  # the work has ended, failed or was cancelled
-    analysed = Signal(object)  # an Analysed
-    locate = Signal(object)  # ask for the clip of this session file
+    analysed = Signal(object)  # with an Analysed: the clip was read and analysed
+    locate = Signal(object)  # with the path of a session file: ask the user for its clip
 
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
         """Set up an opener without a clip.
@@ -55,9 +55,9 @@ class ClipOpener(QObject):
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
-        """Call `then` when the clip has been analysed by the detector `method`.
+        """Call `then` as soon as the detector `method` has analysed the clip.
 
-        The analysis is started if necessary.
+        If that analysis does not exist yet, it is started in the background.
         """
         if clip.kept(method) is not None:
             then()
@@ -68,14 +68,14 @@ class ClipOpener(QObject):
     def prepare(
         self, what: str, work: Callable[[Tell], _Made], then: Callable[[_Made], object]
     ) -> None:
-        """Run `work` for the open clip in the background, then call `then` with its result.
+        """Run `work` for the open clip in the background, then call `then` with the result.
 
-        `what` is a description of the work for the progress bar.
+        `what` describes the work and is shown with the progress bar.
         """
         self._start(what, work, then)
 
     def cancel(self) -> None:
-        """Cancel the opening of a clip, or other work in the background."""
+        """Cancel the work in the background, such as the opening of a clip."""
         if self.busy:
             self._task.cancel()
             self.over.emit()

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
-from inspector.session.failing_detector import not_usable, reasons_of
+from inspector.session.failing_detector import not_usable, redetect_or_give_up
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
@@ -50,11 +50,11 @@ class Document(OpenClip):
     opened = Signal()  # the clip was opened or closed, so everything must be updated
     leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
-    method_changed = Signal()  # another detector, and so other curves
-    chains_changed = Signal()  # the clip has other chains
+    method_changed = Signal()  # another detector is in use, so the curves have changed
+    chains_changed = Signal()  # the set of chains has changed
     message = Signal(str, bool)  # a sentence to show; True if something went wrong
-    answered = Signal(str)  # a sentence about the playhead's frame, shown until it moves
-    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    answered = Signal(str)  # an answer about the current frame, shown until the playhead moves
+    question = Signal(str, object)  # a question with its answers, ((text, slot), …)
     unsigned = Signal()  # a decision was made without a reviewer's name
     withdrawn = Signal()  # the last question is obsolete
 
@@ -70,9 +70,9 @@ class Document(OpenClip):
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
-        # Decisions made in this run without a reviewer's name, as (id, time).
+        # Decisions made in this run without a reviewer's name, as (interval id, time).
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = secrets.randbits(52)  # different from all numbers in earlier journals
+        self._drag = secrets.randbits(52)  # unlike any number in an earlier journal
         self.interval_changed.connect(self._preview_selected)
 
     # -- opening clips -----------------------------------------------------------------------------
@@ -82,8 +82,15 @@ class Document(OpenClip):
     ) -> None:
         """Show an analysed clip.
 
-        `aside` is a review of this clip that was put aside earlier. `borrowed` describes a clip
-        that a lesson or an exercise has opened; it is None for the user's own clip.
+        Parameters
+        ----------
+        data
+            The clip with its analysis and review.
+        aside
+            A review of this clip that was put aside earlier and is now continued.
+        borrowed
+            Facts about a clip that a lesson or an exercise has opened; None for the user's own
+            clip.
         """
         self.opener.cancel()
         self.leaving.emit()
@@ -117,9 +124,15 @@ class Document(OpenClip):
     def proposed(self, ending: str, *, own: bool = False) -> Path:
         """Return a path to propose for a file made from the clip.
 
-        `ending` is the end of the file name. For a borrowed clip, the path is one at which no file
-        exists yet. If `own` is True, the clip's format is added to the name if a clip of another
-        format would get the same name.
+        A borrowed clip gets a path at which no file exists yet.
+
+        Parameters
+        ----------
+        ending
+            The end of the file name.
+        own
+            If True, add the clip's format to the name if a clip of another format would get the
+            same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
@@ -136,7 +149,7 @@ class Document(OpenClip):
         self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """Return a copy that has the same clip, review and selection, and never writes files."""
+        """Return a copy with the same clip, review and selection that never writes files."""
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))
@@ -189,7 +202,7 @@ class Document(OpenClip):
         self.review.undo()
         self.keeper.journal.record_step(UNDO)
         self._review_changed()
-        self.sign(self.reviewer)  # decisions that were undone when the name was entered
+        self.sign(self.reviewer)  # for decisions undone when the name was entered
 
     def redo(self) -> None:
         """Redo the last undone command."""
@@ -200,20 +213,27 @@ class Document(OpenClip):
         self.review.redo()
         self.keeper.journal.record_step(REDO)
         self._review_changed()
-        self.sign(self.reviewer)  # decisions that were undone when the name was entered
+        self.sign(self.reviewer)  # for decisions undone when the name was entered
 
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
     ) -> None:
-        """Decide on intervals, by default on the selected one, and select the next undecided one.
+        """Decide on intervals and select the next undecided interval.
 
-        Intervals that already have this decision are not changed. `order` has the interval ids in
-        the order of the list. If it is empty, intervals are sorted by chain and start.
+        Intervals that already have this decision are not changed.
+
+        Parameters
+        ----------
+        ids
+            The intervals to decide on; the selected interval by default.
+        order
+            The ids of all intervals in the order of the list; sorted by chain and start by default.
         """
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        there = [j for j in map(self.found, chosen) if j is not None]  # no ids of the previous clip
+        # Without ids that belonged to the previous clip
+        there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
             self.message.emit(tr("Select an interval first. N goes to the next one."), False)
             return
@@ -229,9 +249,10 @@ class Document(OpenClip):
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 
     def settle(self, judged: Judged) -> bool:
-        """Set an interval with its decision, now made by this reviewer. Returns False on failure.
+        """Store an interval with its decision, with this reviewer as its author.
 
-        The interval is one of the review, or one of another review with an id that is free here.
+        The interval is either in this review already, or comes from another review and has an id
+        that is not used here. Returns False on failure.
         """
         at = self.now()
         mine = replace(judged, reviewer=self.reviewer, decided_at=at, in_bulk=False)
@@ -247,7 +268,7 @@ class Document(OpenClip):
         return done
 
     def sign(self, reviewer: str) -> None:
-        """Set the reviewer's name, also for decisions made since the clip was opened."""
+        """Set the reviewer's name, and add it to the decisions made since the clip was opened."""
         self.reviewer = reviewer
         mine = (j for j in self.intervals if (j.id, j.decided_at) in self._unsigned)
         ids = tuple(j.id for j in mine if not j.reviewer)
@@ -264,8 +285,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without `at_least`, return the undecided intervals that are certain enough for an automatic
-        correction. Edited intervals have no confidence and are left out.
+        Without `at_least`, return the intervals that the program may correct automatically. Edited
+        intervals have no confidence and are left out.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -277,11 +298,11 @@ class Document(OpenClip):
         return tuple(k for k in found if k not in edited)
 
     def accept_undecided(self, at_least: float | None = None) -> bool:
-        """Accept undecided intervals of high confidence in one step. Returns False if that failed.
+        """Accept undecided intervals of high confidence in one step. Returns False on failure.
 
-        `at_least` is a minimum confidence that the reviewer chose; the intervals are then recorded
-        as the reviewer's decisions. Without it, the detector's limit for automatic corrections is
-        used, and the intervals are recorded as automatic corrections.
+        `at_least` is a minimum confidence that the reviewer has chosen; the decisions are then
+        recorded as the reviewer's. Without `at_least`, the detector's limit for automatic
+        corrections is used, and the intervals are recorded as automatic corrections.
         """
         ids = self.automatic_ids(at_least)
         if at_least is None:
@@ -289,14 +310,14 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a new number for a drag. All commands with this number are undone together."""
+        """Return a new number for a drag. All commands with this number are undone in one step."""
         self._drag += 1
         return self._drag
 
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
-        """Change the frames or the offset of an interval, keeping the frames inside the clip.
+        """Change the frames or the offset of an interval, limited to the frames of the clip.
 
-        `drag` is a number from `begin_drag` if this is part of a drag.
+        `drag` is a number from `begin_drag` if the change is part of a drag.
         """
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
@@ -306,12 +327,12 @@ class Document(OpenClip):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add and select an interval made by hand, either `interval` or one proposed at a frame.
+        """Add and select an interval made by hand: `interval`, or one proposed at a frame.
 
-        If a lone jump or a joint jump is selected at the frame, the error that it may begin or end
-        is proposed; if no correction fits the jump, only a message is shown. If an interval of the
-        same kind already has the same frames, it is selected and no interval is added, because both
-        offsets would add up.
+        If a lone jump or a joint jump is selected at the frame, the proposal is an error that
+        begins or ends at the jump. If no correction fits the jump, only a message is shown. If an
+        interval of the same kind already has the same frames, it is selected and nothing is added,
+        because the two offsets would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -338,7 +359,7 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def _proposed(self, frame: int) -> Interval | None:
-        """Return the interval proposed at a frame, or None after a message that none fits."""
+        """Return an interval proposed at a frame, or show a message and return None."""
         assert self.data is not None
         selected = self.interval.interval if self.interval else None
         if selected is None or selected.kind not in (Kind.LONE_JUMP, Kind.JOINT_JUMP):
@@ -357,12 +378,12 @@ class Document(OpenClip):
         return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ (radians) of a chain, by default the selected chain, and detect again."""
+        """Set τ (radians) of a chain and detect again. The default is the selected chain."""
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ (radians) of several chains and detect again, as one step that can be undone."""
+        """Set τ (radians) of several chains and detect again, in one step that can be undone."""
         if not (self.data and tau and self._may_detect()):
             return
         if why := not_usable(self.data.analysis, self.review.state.method):
@@ -376,9 +397,16 @@ class Document(OpenClip):
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse another set of chains, then switch to it in a single step that can be undone.
+        """Analyse another set of chains and switch to it, in one step that can be undone.
 
-        `what` is the name of the step in the history. `message` is a sentence to show at the end.
+        Parameters
+        ----------
+        rig
+            The rig that defines the chains.
+        what
+            The name of the step in the history.
+        message
+            A sentence to show after the switch.
         """
 
         def change(command: ChangeChains) -> None:
@@ -389,7 +417,7 @@ class Document(OpenClip):
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with the τ of a profile and, if it has one, with its detector, as one step."""
+        """Detect with the τ of a profile and with its detector, if it has one, in one step."""
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
@@ -399,7 +427,7 @@ class Document(OpenClip):
         def detect() -> None:  # chains without a τ in the profile get the detector's automatic τ
             kept = {
                 limb.name: now[limb.name] for limb in clip.limbs
-            }  # limbs have a separate detector
+            }  # limbs have their own detector
             found = clip.detect(method, tau_radians=kept | own)
             self.do(Redetect(dict(found.tau), found.intervals, method=method))
 
@@ -409,14 +437,14 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector and its automatic τ, without changing the decisions."""
+        """Switch to another detector with its automatic τ, and keep all decisions."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """Return True if detection is allowed. If the clip is an exercise, show why it is not.
+        """Return True if detection is allowed. For an exercise, show why it is not.
 
-        Detection would find the hidden errors of the exercise.
+        Detection would reveal the hidden errors of the exercise.
         """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
@@ -425,7 +453,7 @@ class Document(OpenClip):
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:
-            review.take_reasons(reasons_of(analysis, review.state))
+            review.take_reasons(redetect_or_give_up(analysis, review.state))
         self._review = review
         self._review_changed()
 
@@ -440,12 +468,12 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _preview_selected(self) -> None:
-        """Preview the correction of the selected interval instead of an alternative to it."""
+        """Preview the correction of the selected interval instead of an alternative correction."""
         if self.data is not None and self.corrected.take(self._previewed()):
             self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Switch to the chains of the review, and return the signals to emit."""
+        """Analyse with the chains of the review if they differ, and return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
@@ -460,9 +488,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the review's detector is in use, or load that detector and return False.
+        """Return True if the review's detector is in use. If not, start it and return False.
 
-        The detectors differ after an undo that restored a review with another detector.
+        The two differ after an undo that restored a review with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

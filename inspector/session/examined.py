@@ -7,21 +7,21 @@ from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
-    """Return a sentence with the reason why a clip could not be examined at all, or ''."""
+    """Return a sentence that says why the whole clip could not be examined, or ''."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
 
 def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
-    """Return a sentence for each limb that no chain examines, or one for the whole clip."""
+    """Return a sentence for each limb that was not examined, or one sentence for the whole clip."""
     if data is None:
         return ()
     whole = reason_unexamined(data)
     return (whole,) if whole else tuple(of_core(str(limb)) for limb in data.analysis.unexamined)
 
 
-def in_a_line(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence and the number of further sentences, for a single line."""
+def one_line_summary(sentences: tuple[str, ...]) -> str:
+    """Return the first sentence and the number of further sentences, for a single line of text."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

@@ -27,12 +27,26 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.progress import Tell, nobody
 
-_STILL = 1e-9  # share of the height; smaller movements of a joint are rounding errors
+_STILL = 1e-9  # relative to the figure's height; smaller movements of a joint are rounding errors
 
 
 @dataclass(frozen=True)
 class ExportChoice:
-    """The options of an export."""
+    """The options of an export.
+
+    Attributes
+    ----------
+    path
+        The file to write.
+    undecided
+        True to accept the automatic corrections first.
+    replace
+        True if the user has agreed to replace existing files.
+    session
+        True to write a session file next to the clip.
+    report
+        True to write a report next to the clip.
+    """
 
     path: Path
     undecided: bool = False
@@ -54,7 +68,7 @@ class Export:
     ours
         The SHA-256 of files that this program wrote, including the files of this export.
     own
-        The files that only the review itself may write, such as the session.
+        Files that only the review may write, such as the session.
     by
         The reviewer's name.
     analysis
@@ -74,7 +88,7 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Accept the automatic corrections, if chosen, and copy the review for an export.
+    """Return an export of the current review, after accepting the automatic corrections if chosen.
 
     Raises TwistError if the export would overwrite the source or a file that this program did not
     write.
@@ -112,10 +126,10 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Return the existing files that an export would replace, with True for this program's own.
+    """Return the existing files that an export would replace.
 
-    `ours` has the SHA-256 of files that this program wrote in this run. Files of earlier runs are
-    recognised by the report.
+    The value of each path is True if this program wrote the file. Files written in this run are
+    recognised by `ours`, their SHA-256; files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
@@ -123,7 +137,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
-def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
+def files_to_hash(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
     """Return the large files that :func:`replaced` would hash, to hash them earlier in a thread."""
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
@@ -132,9 +146,9 @@ def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ..
 def _written_marks(
     choice: ExportChoice, ours: Mapping[Path, str]
 ) -> dict[Path, tuple[object, ...]]:
-    """Return the SHA-256 of the files written by this run and by earlier runs, keyed by path.
+    """Return the known SHA-256 of each file that this run or an earlier run wrote, keyed by path.
 
-    Files of earlier runs are listed in the report.
+    The hashes of earlier runs are read from the report.
     """
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
@@ -156,9 +170,15 @@ def check_targets(
 ) -> None:
     """Raise TwistError if an export would replace a file that must not be replaced.
 
-    `ours` has the SHA-256 of files that this program wrote, to compare with the files on disk.
-    `own` are the files that only the review may write. An existing session or report is replaced
-    only if this program wrote it, even if the user has agreed to replace the exported clip.
+    An existing session or report is replaced only if this program wrote it, even if the user has
+    agreed to replace the exported clip.
+
+    Parameters
+    ----------
+    ours
+        The SHA-256 of files that this program wrote, to compare with the files on disk.
+    own
+        Files that only the review may write.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
@@ -189,7 +209,7 @@ def check_targets(
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """Return True unless there is a file that has changed since this program wrote it.
+    """Return True if a file does not exist or has not changed since this program wrote it.
 
     `known` has the SHA-256 of each version that this program wrote, keyed by path.
     """
@@ -199,7 +219,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct the clip, track joints and write the files as chosen; return what has changed.
+    """Correct the clip, write the chosen files, and return a sentence about the result.
 
     `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
     TwistError if another program has written one of the files in the meantime.
@@ -228,7 +248,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
             analysis=export.analysis,
             written=choice.path,
         )
-        # Without pictures, to be fast; `twistcore report` draws them.
+        # Write no pictures, to be fast; `twistcore report` draws them.
         for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
     return _result(export, refined, jumps)
@@ -289,7 +309,7 @@ def _moved(change: Difference) -> str:
     names = last
     if before:
         names = tr("{before} and {last}", before=", ".join(before), last=last)
-    if len(before) > 2:  # tracking may move the whole figure
+    if len(before) > 2:  # many joints have moved: tracking may move the whole figure
         most = 100.0 * max(m.of_height for m in change.moved)
         count = len(change.moved)
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)

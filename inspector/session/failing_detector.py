@@ -10,10 +10,10 @@ from twistcore.review import ReviewState
 from twistcore.review.reasons import redetected_intervals
 
 
-def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
+def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
     """Return the intervals that a review's detector finds at the review's τ.
 
-    If the detector fails, it is no longer used for this clip.
+    A detector that fails is no longer used for this clip; the default detector replaces it.
     """
     try:
         return redetected_intervals(analysis, state)
@@ -23,7 +23,7 @@ def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ..
 
 
 def not_usable(analysis: ClipAnalysis, method: str) -> str:
-    """Return a message if a review's detector is missing or fails, or '' if it works."""
+    """Return a message if a review's detector is missing or fails, or '' if it can be used."""
     if why := analysis.failure(method):
         return tr(
             "The detector of this review fails on the clip: {why}. You can judge and export the "
@@ -40,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return the message about the detector that was used instead of the review's detector."""
+    """Return a message that another detector was used instead of the review's detector."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

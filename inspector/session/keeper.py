@@ -1,6 +1,6 @@
 """Protect the review of the open clip with a session file, a journal and a lock.
 
-This module also finds the journals that earlier runs left behind, and restores or deletes them.
+This module also finds the journals of earlier runs, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from inspector.session.review_journal import KeptReview, ReviewJournal
 from inspector.session.review_lock import ReviewLock
 from inspector.session.session_files import (
     JOURNAL_SUFFIX,
-    at_first,
+    first_success,
     journals,
     kept_sessions,
     make_latest,
+    modified_ns,
     remember_place,
     write_known,
-    written,
 )
 from twistcore.errors import TwistError
 from twistcore.files.atomic import free_name
@@ -36,7 +36,19 @@ from twistcore.review.session import session_bytes
 
 @dataclass(frozen=True, eq=False)
 class PutAside:
-    """A review that was put aside while another clip is open, to be continued later."""
+    """A review that was put aside while another clip is open, to be continued later.
+
+    Attributes
+    ----------
+    kept
+        The review with its clip and session file.
+    journal
+        The path of the journal, or None if it has no journal.
+    steps
+        The number of steps in the journal.
+    leftovers
+        Journals of earlier runs that the user has neither continued nor discarded.
+    """
 
     kept: KeptReview
     journal: Path | None
@@ -62,17 +74,18 @@ class Keeper(QObject):
         self.read_only = False
         # Journals of earlier runs that the user has neither continued nor discarded, latest first.
         self.leftovers: list[Leftover] = []
-        self.notes: list[str] = []  # problems with opening the clip
-        self.away: Path | None = None  # the refuge, if the clip's folder is read-only
+        self.notes: list[str] = []  # sentences about problems with opening the clip
+        self.away: Path | None = None  # the folder of the journal if the clip's folder is read-only
         self.lock: ReviewLock | None = None
         self.journal = ReviewJournal(message, lambda: not self.read_only, self)
         self._kept: KeptReview | None = None
-        self._robbed: Path | None = None  # the clip whose lock this window has just taken over
+        # The clip of which this window has just taken over the lock
+        self._robbed: Path | None = None
 
     # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Start to protect the review of another clip, and look for journals of earlier runs."""
+        """Begin to protect the review of another clip, and look for journals of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -80,7 +93,7 @@ class Keeper(QObject):
         for leftover in self._find_leftovers(data):
             if holds_more(leftover, data.clip, data.review.state):
                 self.leftovers.append(leftover)
-            elif data.review.saved:  # the session file has all of it, or it is empty
+            elif data.review.saved:  # the session file has all of its steps, or it is empty
                 self.forget(leftover)
 
     @property
@@ -95,7 +108,7 @@ class Keeper(QObject):
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return the review so that it can be continued later, or None without a clip."""
+        """Return the review so that it can be continued later, or None if no clip is open."""
         if self._kept is None:
             return None
         self.journal.flush()
@@ -119,9 +132,9 @@ class Keeper(QObject):
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
         """Return the journals of this clip from earlier runs, the latest first.
 
-        The journals may be next to the clip, next to its session, or in the refuge (a folder of the
-        user). Journals that are in use by another window are skipped, unless this window has just
-        taken over the lock.
+        The journals may be next to the clip, next to its session, or in the user's folder for
+        reviews of clips in read-only folders. Journals that another window uses are skipped, unless
+        this window has just taken over the lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -134,10 +147,10 @@ class Keeper(QObject):
                 self.notes.append(message)
             if leftover is not None:
                 found.append(leftover)
-        return sorted(found, key=lambda left: written(left.path), reverse=True)
+        return sorted(found, key=lambda left: modified_ns(left.path), reverse=True)
 
     def end(self) -> None:
-        """Stop protecting the clip. Its journal is deleted only if everything in it is saved."""
+        """Stop protecting the clip. Delete its journal only if all of its steps are saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:
@@ -146,7 +159,7 @@ class Keeper(QObject):
         self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
-        """Continue a recovered review in the journal from which it was read.
+        """Continue a recovered review in its journal.
 
         If limbs were added to the review, a new journal is started instead. The old journal is
         deleted when the new one is on disk.
@@ -195,7 +208,7 @@ class Keeper(QObject):
     # -- the session file ---------------------------------------------------------------------
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
-        """Write the session file, at `path` if given.
+        """Write the session file, to `path` if given.
 
         Returns True on success, and a sentence to show.
         """
@@ -212,7 +225,7 @@ class Keeper(QObject):
         self.journal.flush()
         places = (path,) if path else kept.places
         try:
-            place, message, trouble = at_first(places, lambda p: self._write_session(kept, p))
+            place, message, trouble = first_success(places, lambda p: self._write_session(kept, p))
         except TwistError as error:
             return False, str(error)
         except OSError as error:
@@ -284,9 +297,9 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock over from the window that holds it.
+        """Take the lock over from another window.
 
-        Returns '', or a sentence with the reason for a failure.
+        Returns '', or a sentence that says why that failed.
         """
         if self.lock is None or self._kept is None:
             return ""
@@ -314,9 +327,9 @@ class Keeper(QObject):
 
         self.lock = self.away = None
         try:
-            place, (self.lock, taken), trouble = at_first(kept.places, take)
+            place, (self.lock, taken), trouble = first_success(kept.places, take)
         except OSError:
-            return True  # no folder is writable, so other windows cannot write, either
+            return True  # no folder is writable, so other windows cannot write either
         self.away = place.parent if trouble else None
         return taken
 

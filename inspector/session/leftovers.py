@@ -1,4 +1,4 @@
-"""Find the journals of earlier runs, and the decisions in them that are not in the open review."""
+"""Find journals of earlier runs with decisions that are not in the open review."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from inspector.session.session_files import (
     journal_owners,
     journals,
     kept_sessions,
+    modified_ns,
     refuge_path,
+    rename_damaged,
     session_path,
-    set_aside,
-    written,
 )
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.errors import FormatError, TwistError
@@ -38,10 +38,12 @@ class Leftover:
 
     Attributes
     ----------
+    recovered
+        The review as read from the journal.
     same_clip
         True if the journal belongs to this version of the clip.
     completed
-        True if limbs were added to its review, so that the journal cannot be continued as it is.
+        True if limbs were added to the review, so that its journal cannot be continued as it is.
     """
 
     recovered: Recovered
@@ -54,38 +56,38 @@ class Leftover:
         return self.recovered.path
 
 
-def waiting(clip: Path) -> list[Path]:
+def waiting_journals(clip: Path) -> list[Path]:
     """Return all journals of a clip that no running program uses, the latest first."""
     places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
     there = {path for place in places for path in journals(place)}
-    return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
+    return sorted((p for p in there if not is_held(p)), key=modified_ns, reverse=True)
 
 
-def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
-    """Return the clips of a folder with an unsaved review that can be restored."""
+def clips_to_restore(folder: Path, clips: Sequence[Path]) -> set[Path]:
+    """Return the clips of a folder that have an unsaved review to restore."""
     beside = journal_owners(folder)
     away = journal_owners(refuge_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
     if away:
         by_name += [p for p in clips if refuge_path(p).name in away]
-    return {path for path in by_name if waiting(path)}
+    return {path for path in by_name if waiting_journals(path)}
 
 
-def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
-    """Return (clip, latest journal, number of unsaved decisions) of clips with unsaved decisions.
+def unsaved_clips(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
+    """Return (clip, latest journal, number of decisions) for clips with unsaved decisions.
 
-    Call this in a thread, since replaying the journals may take seconds.
+    Call this function in a thread, because it may take seconds to replay the journals.
     """
     found = []
     for clip in clips:
-        counted = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
+        counted = ((clip, path, n) for path in waiting_journals(clip) if (n := decisions_in(path)))
         if (latest := next(counted, None)) and is_there(clip):
             found.append(latest)
     return found
 
 
 def decisions_in(journal: Path) -> int:
-    """Return the number of intervals that a journal decides or edits unlike the session.
+    """Return the number of intervals whose decision or frames differ between journal and session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -99,10 +101,11 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """Return the Leftover of a journal, or None if it cannot be used, and a sentence to show.
+    """Read a journal. Returns None for the leftover if the journal cannot be used.
 
-    The sentence is '' if there is no problem. A damaged journal is renamed. If the journal is older
-    than the detection of limb flips, the clip's flips are added as undecided.
+    The second result is a sentence to show, or '' if there is no problem. A damaged journal is
+    renamed. If the journal is from a version that did not detect limb flips, the clip's flips are
+    added as undecided intervals.
     """
     try:
         recovered = recover(path, clip)
@@ -111,7 +114,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
             if not path.stat().st_size:  # the program crashed before the first line was written
                 path.unlink()
                 return None, ""
-        return None, set_aside(path, str(error))
+        return None, rename_damaged(path, str(error))
     except TwistError as error:
         return None, str(error)
     message = ""
@@ -145,7 +148,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """Return True if the journal may contain anything that is not in `state`."""
+    """Return True if the journal may contain a decision or setting that is not in `state`."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
         return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
@@ -153,12 +156,12 @@ def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
 
 
 def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
-    """Return True if two reviews of a clip would be saved as the same file."""
+    """Return True if both reviews of a clip would be saved as the same file."""
     return _content(clip, one) == _content(clip, other)
 
 
-def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many of a journal's decisions a review lacks, and the journal's total.
+def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
+    """Return how many of a journal's decisions a review lacks, and how many the journal has.
 
     A difference in settings counts as one decision.
     """
@@ -178,13 +181,13 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
     `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
-    again = missing_from(was, wanted)  # included in tuning again
+    again = missing_from(was, wanted)  # frames that the journal uses for tuning again
     not_again = joined_spans(again) != missing_from(again, here)
     return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:
-    """Return the decision about an interval, and its frames if a person set them."""
+    """Return the decision about an interval, and its frames and offset if a person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

@@ -25,7 +25,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """The poses in the 3D view: before, after or both."""
+    """The poses shown in the 3D view."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -41,11 +41,11 @@ class Borrowed:
     write_to
         The folder for files made from the clip.
     why
-        The reason why its review is not saved, as a sentence.
+        A sentence that says why its review is not saved.
     signed
-        True if decisions still carry the reviewer's name, as in a class exercise.
+        True if decisions carry the reviewer's name, as in a class exercise.
     over
-        True if the lesson has ended, so that the clip is open only for viewing.
+        True if the lesson has ended and the clip is open only for viewing.
     """
 
     write_to: Path
@@ -57,22 +57,22 @@ class Borrowed:
 class OpenClip(QObject):
     """A clip, its review, the playhead and the selection."""
 
-    chain_changed = Signal()  # the selected chain
-    interval_changed = Signal()  # the selected interval
+    chain_changed = Signal()  # another chain is selected
+    interval_changed = Signal()  # another interval is selected
     frame_changed = Signal(int)
     show_changed = Signal()
     hidden_changed = Signal()  # the set of hidden chains
-    person_changed = Signal()  # the person whose chains are listed
+    person_changed = Signal()  # the intervals of another person are listed
     numbering_changed = Signal()  # frames are counted from 0 or from 1
     order_changed = Signal()
-    tracked_changed = Signal()  # the tracked motion to show
+    tracked_changed = Signal()  # another tracked motion is shown, or none
     confidence_changed = Signal()  # learned confidences are switched on or off
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.data: Analysed | None = None  # does not change while the clip is open
         self.method = ""  # the detector in use
-        self.tracked: Motion | None = None  # the corrected clip after tracking, to show
+        self.tracked: Motion | None = None  # the corrected clip after tracking, if it is shown
         self.chain = ""
         self.interval_id: int | None = None
         self.frame = 0
@@ -85,7 +85,7 @@ class OpenClip(QObject):
         self.borrowed: Borrowed | None = None
         self._review: Review | None = None
         self._corrected: Corrected | None = None
-        # A drag of τ keeps most intervals, and computing one takes 0.1 ms.
+        # Intervals mostly stay the same while τ is dragged, and computing a severity takes 0.1 ms.
         self._severities = WeakKeyDictionary[Interval, float]()
 
     # -- what views read ----------------------------------------------------------------------
@@ -169,9 +169,9 @@ class OpenClip(QObject):
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Return the sum of the offsets of a chain's intervals, except rejected ones.
+        """Return the sum of the offsets of a chain's intervals except rejected ones, in radians.
 
-        The result is in radians, (frames,).
+        The result has the shape (frames,).
         """
         return self._corrected.offset(chain) if self._corrected else np.zeros(0)
 
@@ -187,8 +187,8 @@ class OpenClip(QObject):
     def _previewed(self) -> tuple[Interval, ...]:
         """Return the intervals whose corrections are previewed: all except rejected ones.
 
-        Of alternative corrections of the same frames, only the accepted, selected or most confident
-        one is returned.
+        If several corrections of the same frames are alternatives, only the accepted, selected or
+        most confident one is returned.
         """
         assert self.data is not None
         state, chains = self.review.state, self.data.chains_and_limbs
@@ -202,9 +202,9 @@ class OpenClip(QObject):
 
     @property
     def suggested_chains(self) -> frozenset[str]:
-        """Return the chains that are corrected at the current frame without a person's decision.
+        """Return the chains with a correction at the current frame that no person has chosen.
 
-        The selected interval and intervals made by hand do not count.
+        The selected interval and intervals made by hand are ignored.
         """
         here = [
             judged
@@ -271,11 +271,17 @@ class OpenClip(QObject):
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
     ) -> bool:
-        """Select the next (+1) or previous (−1) interval, wrapping around at the end.
+        """Select the next (+1) or previous (−1) interval, and wrap around at the end of the list.
 
-        If none is selected, start from the playhead or, in the order of severity, from the end of
-        the list. `undecided` skips decided intervals. `order` has the interval ids in the order of
-        the list. Returns False if there is no other interval.
+        If none is selected, the search starts at the playhead or, in the order of severity, at an
+        end of the list. Returns False if there is no other interval.
+
+        Parameters
+        ----------
+        undecided
+            True to skip intervals with a decision.
+        order
+            The ids of the intervals in the order of the list.
         """
         if self.data is None:
             return False
@@ -290,9 +296,9 @@ class OpenClip(QObject):
         return True
 
     def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
-        """Return the id of the next or previous interval, starting from the playhead.
+        """Return the id of the next (+1) or previous (−1) interval, starting from the playhead.
 
-        Intervals are ordered by time or by chain, and the search wraps around at the end.
+        Intervals are ordered by time or by chain. The search wraps around at the end.
         """
         state, by_time = self.review.state, self.order == "time"
         row = {name: k for k, name in enumerate(state.tau)}
@@ -339,7 +345,7 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show only one person's intervals and select one of their chains, or show all for ''."""
+        """List only one person's intervals and select one of that person's chains; '' lists all."""
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -351,7 +357,7 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """Return the chains and limbs whose intervals are listed: those of one or of all people."""
+        """Return the chains and limbs whose intervals are listed, of one person or of everyone."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
@@ -361,7 +367,7 @@ class OpenClip(QObject):
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def show_tracked(self, motion: Motion | None) -> None:
-        """Show this tracked motion next to the corrected clip, or none."""
+        """Show a tracked motion next to the corrected clip; None shows the corrected clip alone."""
         if motion is not self.tracked:
             self.tracked = motion
             self.tracked_changed.emit()

@@ -1,4 +1,4 @@
-"""Read and analyse a clip, and compute all data that do not change during a review."""
+"""Read and analyse a clip, and compute all data that stay the same during a review."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspector.language import of_core, tr
-from inspector.session.failing_detector import another_used, not_usable, reasons_of
+from inspector.session.failing_detector import another_used, not_usable, redetect_or_give_up
 from inspector.session.rig_profiles import kept_rig
-from inspector.session.session_files import kept_sessions, set_aside
+from inspector.session.session_files import kept_sessions, rename_damaged
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
@@ -42,11 +42,11 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """A file's time, size and inode, to check quickly whether the file has changed."""
+    """A file's time, size and inode, compared to detect a change without reading the file."""
 
     modified: int  # nanoseconds
     size: int
-    file: int  # the number of the file in the file system
+    file: int  # the inode
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,14 +58,16 @@ class Analysed:
     session, session_sha256
         The session file from which the review was read, and its SHA-256.
     earlier
-        A review of another version of this clip.
+        The intervals in a review of another version of this clip.
+    notes
+        Sentences to show when the clip is opened.
     added
-        The number of intervals of kinds that did not exist when the session was saved. None if all
-        kinds existed.
+        The number of intervals of kinds that are newer than the session; None if there is no newer
+        kind.
     stamp
-        The stamp of the clip's file before the clip was read, None for a clip in memory.
+        The stamp of the clip's file before the clip was read; None for a clip in memory.
     blind
-        True in an exercise, where the detector is switched off.
+        True in an exercise, in which the detector is switched off.
     """
 
     clip: Clip
@@ -107,9 +109,9 @@ class Analysed:
     def proposed_at(
         self, jump: Interval, others: Iterable[Interval], method: str
     ) -> Interval | None:
-        """Return an interval that may begin or end at the given jump, or None.
+        """Return an interval that may begin or end at a jump, or None.
 
-        `others` are all other intervals of the clip.
+        `others` are all other intervals of the clip, and `method` is the detector.
         """
         return proposed_at_jump(self.analysis.search(method), jump, others)
 
@@ -120,9 +122,9 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle that is corrected by offsets, in radians, (frames,).
+        """Return the angle to which a chain's offsets refer, in radians, (frames,).
 
-        The angle is θp for a chain and φ for a limb.
+        The angle is θp for a chain and the swivel angle φ for a limb.
         """
         limb = self.limb(chain)
         return self.signals[chain].theta_p if limb is None else limb.swivel.angle
@@ -156,15 +158,15 @@ class ClipMissingError(TwistError):
         self.session = session
 
 
-# Progress at the end of reading and at the end of detection.
+# The progress after reading and after detection.
 _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip with its latest session. Raises TwistError. Thread-safe.
 
-    The session determines τ and the chains. Without a session, τ is read from `profile`, and the
-    chains from the rig. `tell` is a function that is called with the progress.
+    The session determines τ and the chains. Without a session, τ comes from `profile` and the
+    chains come from the rig. `tell` is called with the progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -179,7 +181,7 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
     except TwistError as error:
         why = tr("The review of this clip is not shown. {error}.", error=of_core(str(error)))
         if isinstance(error, FormatError):
-            why = set_aside(session, str(error))
+            why = rename_damaged(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
     else:
         found = _with_session(session, sha256, kept, path, tell)
@@ -191,7 +193,7 @@ def _read(
 ) -> Analysed:
     """Read a clip and start a new review.
 
-    `session` is a session whose chains are used if they fit the clip.
+    If `session` is given and its chains fit the clip, they are used.
     """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
@@ -203,7 +205,10 @@ def _read(
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """Return the rig of the session, or else of the skeleton, and a message if it is damaged."""
+    """Return the rig of the session or, without one, the rig stored for the skeleton.
+
+    The second result is a message if the stored rig is damaged, or ''.
+    """
     if session is not None:
         with suppress(TwistError):
             session.state.rig.chains(motion)
@@ -247,7 +252,7 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
         analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
-    # Compute here, in a thread, what views need first, since this would block the window.
+    # Compute here, in a thread, what the views need first, since it would block the window.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
     return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
@@ -256,7 +261,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     """Read a session and its clip. Raises TwistError.
 
     Without `clip_path`, the clip is searched for at its old path and next to the session. If the
-    clip has changed, the result has a new review, and the session's review as `earlier`. The
+    clip has changed, the result has a new review, and the session's intervals are in `earlier`. The
     session of an export is never overwritten; its review is saved in the clip's session. `tell` is
     called with the progress.
     """
@@ -279,14 +284,14 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
-    if message := of_later_kinds(state):
+    if message := unknown_kinds_sentence(state):
         found = replace(found, notes=(*found.notes, message))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
-    review.take_reasons(reasons_of(found.analysis, complete))
+    review.take_reasons(redetect_or_give_up(found.analysis, complete))
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
@@ -295,8 +300,8 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     return replace(found, review=review, session=path, session_sha256=sha256)
 
 
-def of_later_kinds(state: ReviewState) -> str:
-    """Return a sentence about intervals of unknown kinds, or '' if there are none."""
+def unknown_kinds_sentence(state: ReviewState) -> str:
+    """Return a sentence about intervals whose kinds this version does not know, or ''."""
     kinds = [j.interval.kind for j in state.intervals if not j.interval.kind.known]
     if not kinds:
         return ""
@@ -309,12 +314,12 @@ def of_later_kinds(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review, extended by undecided intervals of all kinds that are new to it.
+    """Return the review with undecided intervals added for kinds that are new to it.
 
-    If the review has no limbs, they are added with their τ, flips and lone jumps. Capture faults
-    and carried rolls are added if the review has none of that kind. Undecided errors of single
-    joints get an offset, which reviews of earlier versions do not have. If there is nothing to add,
-    the same object is returned.
+    Missing limbs are added with their τ, flips and lone jumps. Capture faults and carried rolls are
+    added if the review has none of that kind. Undecided errors of single joints get an offset,
+    which reviews of earlier versions do not have. If there is nothing to add, the same object is
+    returned.
     """
     return _with_offsets(_with_faults(_with_limbs(state, analysis), analysis), analysis)
 
@@ -348,7 +353,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with capture faults added for every kind that it lacks."""
+    """Return the review with capture faults added for each kind that the review does not have."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -397,10 +402,10 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def opening_notes(
     data: Analysed, away: Path | None, notes: Sequence[str]
 ) -> Iterator[tuple[str, bool]]:
-    """Yield sentences about a newly opened clip, each with True for a problem.
+    """Yield sentences about a newly opened clip, each with True if it reports a problem.
 
-    `away` is the folder of the clip's review if it differs from the clip's folder. `notes` are the
-    problems with the review.
+    `away` is the folder of the clip's review if it differs from the clip's folder. `notes` are
+    sentences about problems with the review.
     """
     if data.session is not None:
         message = tr("Your review in {session} continues.", session=data.session.name)
@@ -438,7 +443,7 @@ def opening_notes(
         message = " ".join(notices[:3])
         if len(notices) > 3:
             message += " " + tr("{n} more notes are in the Chains panel.", n=len(notices) - 3)
-        if data.clip.missing_frames:  # frames are missing: show the sentence until it is closed
+        if data.clip.missing_frames:  # the message stays until the user closes it
             lasting.insert(0, message)
         else:
             yield message, False
@@ -458,7 +463,7 @@ def stamp_of(path: Path) -> Stamp | None:
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    `then` is the stamp of the file when it was read, and `now` its current stamp. The bytes are
+    `then` is the stamp of the file when it was read, and `now` is its current stamp. The bytes are
     compared only if the stamps differ.
     """
     if now == then:

@@ -1,4 +1,4 @@
-"""Play a clip in real time, and skip frames if necessary."""
+"""Play a clip in real time. Frames are skipped if drawing is too slow."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _EDGE_S = 0.25  # seconds on either side of an edge
 class Player(QObject):
     """Moves the document's playhead in real time, and starts again at the end of the clip."""
 
-    changed = Signal()  # playing state or speed
+    changed = Signal()  # playing has started or stopped, or the speed has changed
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -27,7 +27,8 @@ class Player(QObject):
         self._shown = 0
         self.speed = 1.0
         self.looping = False
-        self._once: tuple[int, int, int] | None = None  # first, stop, and the last frame
+        # The frames [first, stop) to play once, and the frame to stop at
+        self._once: tuple[int, int, int] | None = None
         document.opened.connect(self.pause)
 
     @property
@@ -52,7 +53,7 @@ class Player(QObject):
             self.changed.emit()
 
     def play_edge(self, *, other: bool = False) -> bool:
-        """Play once across the selected interval's edge nearest to the playhead, and stop there.
+        """Play once across the edge of the selected interval that is nearest to the playhead.
 
         If `other` is True, play across the other edge. Returns False if no interval is selected.
         """
@@ -73,7 +74,7 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval with half a second on either side, or end the loop."""
+        """Loop over the selected interval with half a second on either side, or stop looping."""
         self.looping = on
         self._begin()
 
@@ -87,7 +88,7 @@ class Player(QObject):
         return max(0, judged.interval.start - around), min(frames, judged.interval.stop + around)
 
     def set_speed(self, speed: float) -> None:
-        """Play at a multiple of real time; a negative speed plays backwards."""
+        """Set the speed as a multiple of real time; a negative speed plays backwards."""
         self.speed = speed
         self._begin()
         self.changed.emit()

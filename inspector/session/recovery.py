@@ -10,9 +10,9 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.language import plural, tr, tr_as
 from inspector.session.keeper import Keeper
-from inspector.session.leftovers import Leftover, missing
+from inspector.session.leftovers import Leftover, count_missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
-from inspector.session.session_files import session_path, written
+from inspector.session.session_files import modified_ns, session_path
 from inspector.widgets.background import OneTask
 from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import file_mark, takes_long
@@ -22,12 +22,12 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers. Unanswered questions return at the next start."""
+    """Asks the questions and acts on the answers. Unanswered ones are asked at the next start."""
 
-    question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
+    question = Signal(str, object)  # a question with its answers, ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
     save_elsewhere = Signal()  # ask for another path for the session
-    open_again = Signal(object)  # read this clip again
+    open_again = Signal(object)  # with the path of a clip or session that must be read again
 
     def __init__(
         self,
@@ -39,22 +39,28 @@ class Recovery(QObject):
     ) -> None:
         """Set up the questions without a clip.
 
-        `do` applies a command, `use` opens a review, and `when_ready` waits until the chains of a
-        review are analysed.
+        Parameters
+        ----------
+        do
+            Applies a command and returns True on success.
+        use
+            Makes a review the open review.
+        when_ready
+            Analyses the chains of a review, then calls a function.
         """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
-        self._stamp: Stamp | None = None  # stamp of the clip's file, as last shown to the person
+        self._stamp: Stamp | None = None  # stamp of the clip's file at the last check
         self._changed = ""  # a sentence about a change of the clip's file
         self._asks_about_disk = False
-        self._look = OneTask(self)  # hashes a large clip after a change
+        self._look = OneTask(self)  # hashes the file of a large clip after a change
         keeper.journal.failing.connect(self._ask_about_disk)
         keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
 
     def begin(self) -> None:
-        """Start asking about the newly opened clip."""
+        """Ask the questions about a newly opened clip."""
         self._stamp, self._changed = self._open().stamp, ""
         if exports := interrupted_exports(self._open().clip.path):
             message = tr(
@@ -75,8 +81,8 @@ class Recovery(QObject):
         self._asks_about_disk = False
         self.withdrawn.emit()
 
-    def look_around(self) -> None:
-        """Check the lock and the clip's file. Called when the window is activated."""
+    def check_lock_and_clip(self) -> None:
+        """Check the lock and the clip's file. Call this method when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -94,7 +100,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        The first time, also ask the user whether to open the changed clip again.
+        After each change, also ask the user once whether to open the changed clip again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -112,7 +118,7 @@ class Recovery(QObject):
     def _ask_next(self) -> None:
         """Ask about the latest journal of an earlier run.
 
-        Without one, ask about the review of an earlier version of the clip.
+        If there is none, ask about the review of an earlier version of the clip.
         """
         data = self._open()
         if self._keeper.leftovers:
@@ -127,8 +133,8 @@ class Recovery(QObject):
     def _offer(self, leftover: Leftover) -> None:
         steps = leftover.recovered.steps
         kept = plural("{n} step was kept", "{n} steps were kept", steps)
-        # A format of `strftime` for day, month, hour and minute.
-        when = datetime.fromtimestamp(written(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
+        # The format of day, month, hour and minute for `strftime`.
+        when = datetime.fromtimestamp(modified_ns(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:
             message = tr(
                 "A review of another version of {clip} ended without saving ({when}). {kept}.",
@@ -167,8 +173,8 @@ class Recovery(QObject):
     def restore(self, leftover: Leftover) -> None:
         """Continue the review in a journal of an earlier run.
 
-        If the journal is for another version of the clip, or if the open review has already been
-        changed, the journal's decisions are added to the open review instead.
+        If the journal belongs to another version of the clip, or if the open review has already
+        been changed, the journal's decisions are added to the open review instead.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -193,8 +199,8 @@ class Recovery(QObject):
         if leftover.same_clip and both != here.left_out:
             steps.append(LeaveOut(both))
         if not (all(self._do(step) for step in steps) and self._keeper.journal.on_disk):
-            return False  # keep it until its decisions are safe elsewhere
-        lost, of = missing(leftover, self._keeper.review.state)
+            return False  # keep the journal until its decisions are on disk elsewhere
+        lost, of = count_missing(leftover, self._keeper.review.state)
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
@@ -229,18 +235,19 @@ class Recovery(QObject):
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
             self._keeper.message.emit(trouble, True)
-        else:  # opens what the other window has saved, and offers to restore the rest
+        else:  # open what the other window has saved, and offer to restore the rest
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open again: the session if it is in another folder, or the clip."""
+        """Return the file to open again: the session if it is in another folder, else the clip."""
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session
 
     def _ask_about_disk(self, text: str) -> None:
         self._asks_about_disk = True
-        again = (tr("Try again"), self._keeper.journal.retry)  # asks again if that fails
+        # If this fails, the question appears again
+        again = (tr("Try again"), self._keeper.journal.retry)
         self.question.emit(text, (again, (tr("Save elsewhere…"), self.save_elsewhere.emit)))
 
     def _disk_has_room(self) -> None:
@@ -252,5 +259,5 @@ class Recovery(QObject):
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """Return the intervals of a review of another version that end within this clip."""
+    """Return the intervals of another version's review that end within this clip."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -12,22 +12,25 @@ from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 
 from inspector.language import of_core, plural, tr
 from inspector.session.leftovers import same_review
-from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
+from inspector.session.session_files import JOURNAL_SUFFIX, first_success, refuge_path, session_path
 from twistcore.errors import TwistError
 from twistcore.files.atomic import free_name
 from twistcore.formats.clip import Clip
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry
 
-_IDLE_MS = 300  # pause after which a drag is written
-_RETRY_MS = 5000  # time until a failed write is repeated
+_IDLE_MS = 300  # pause in a drag after which its last step is written
+_RETRY_MS = 5000  # time until a failed write is tried again
 
 
 @dataclass(eq=False)
 class KeptReview:
     """A review with its clip and its session file.
 
-    `known` has the SHA-256 of session files when this program last read or wrote them.
+    Attributes
+    ----------
+    known
+        The SHA-256 of each session file when this program last read or wrote it.
     """
 
     clip: Clip
@@ -37,17 +40,17 @@ class KeptReview:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """Return the session paths next to which journal and lock may be, the preferred one first.
+        """Return the session paths next to which the journal and the lock may be, preferred first.
 
-        These are the path of the session and the corresponding path in the refuge, a folder of the
-        user for clips in read-only folders.
+        These are the path of the session, and a path in the user's folder for reviews of clips in
+        read-only folders.
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
-        """Return the paths of `places` and the default session path next to the clip."""
+        """Return the paths of `places`, and the default session path next to the clip."""
         return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
@@ -55,7 +58,7 @@ class ReviewJournal(QObject):
     """The journal of the open review.
 
     The file is created with the first command, so that merely opening a clip creates no file. A
-    drag is recorded as one entry, with its final values.
+    drag is written as one entry with its final values.
     """
 
     failing = Signal(str)  # steps could not be written; emitted again for every further step
@@ -91,13 +94,13 @@ class ReviewJournal(QObject):
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Start to record another review, after `end` for the previous one."""
+        """Begin to record another review. Call `end` for the previous one first."""
         self._kept = kept
 
     def resume(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its previous journal if that is complete.
 
-        `steps` is the number of steps of the review when it was put aside.
+        `steps` is the number of steps in the journal when the review was put aside.
         """
         kept = self._open
         self._detached = True
@@ -122,7 +125,10 @@ class ReviewJournal(QObject):
         self._first, self._detached = 0, False
 
     def close(self) -> None:
-        """Close the file without deleting it. The next window that opens the clip will offer it."""
+        """Close the file without deleting it.
+
+        The next window that opens the clip offers to restore the review.
+        """
         if self._journal is not None:
             self._journal.close()
             self._journal = None
@@ -138,7 +144,7 @@ class ReviewJournal(QObject):
             self._journal = None
 
     def end(self) -> None:
-        """Stop recording. The file is deleted only if everything in it is saved."""
+        """Stop recording. Delete the file only if all of its steps are saved."""
         self.flush()
         if self._journal is not None:
             self.retry()
@@ -155,7 +161,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Write a command to disk. A step of a drag is written only at the end of the drag."""
+        """Write a command to disk. In a drag, only the last step is written."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:
@@ -165,14 +171,14 @@ class ReviewJournal(QObject):
                 self._begin_before_last()
         else:
             if self._journal is None and isinstance(command, Sign):
-                self._detached = True  # not a step of the history
+                self._detached = True  # the command is not a step of the history
             self._append(command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:
         """Write an undo or a redo to disk.
 
-        If an undo restores a state before the first step of the journal, the whole state is
-        written.
+        If the undo restores a state before the first step of the journal, the whole state is
+        written instead.
         """
         self.flush()
         if (kept := self._kept) is None:
@@ -200,7 +206,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return where the unsaved steps are, as the end of a sentence."""
+        """Return where the unsaved steps are, for the end of a sentence."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -233,7 +239,7 @@ class ReviewJournal(QObject):
                     path=self.path,
                 )
                 self._message.emit(message, True)
-        elif self._detached:  # an undo of a saved step
+        elif self._detached:  # the undone step is saved in the session file
             self._begin(self._kept.review.state)
         elif (begun := self._begin_before_last()) is not None:
             self._write(lambda: begun.append(entry))
@@ -256,7 +262,7 @@ class ReviewJournal(QObject):
             self._journal = Journal(free_name(place, JOURNAL_SUFFIX), clip, state, steps)
             self._detached = True
 
-        return self._write(lambda: at_first(self._open.places, begin))
+        return self._write(lambda: first_success(self._open.places, begin))
 
     def _write(self, work: Callable[[], object]) -> bool:
         try:

@@ -1,9 +1,9 @@
-"""The lock on a clip's review: only one window at a time may change the review.
+"""The lock on a clip's review, so that only one window at a time can change the review.
 
-An operating-system lock on the file shows whether its holder is still running, so that neither a
-reused process id nor an empty file after a crash locks the review forever. The file's text, in the
-format of a QLockFile (process id, program, computer), is shown to the user. If it names another
-computer, the user is asked, because locks of other computers may be invisible here.
+The file is locked by the operating system, which releases the lock when its holder ends. A reused
+process id or an empty file after a crash therefore never locks the review forever. The file's text
+has the format of a QLockFile (process id, program, computer) and is shown to the user. If it names
+another computer, the user is asked, because the locks of other computers may be invisible here.
 """
 
 from __future__ import annotations
@@ -25,9 +25,16 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link might lead to another user's f
 
 @dataclass(frozen=True)
 class Holder:
-    """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
+    """The holder of a lock, as written in the lock file.
 
-    `since` is the local time when the lock was taken.
+    Attributes
+    ----------
+    process
+        The process id, or 0 if unknown.
+    program, computer
+        Names, or '' if unknown.
+    since
+        The local time when the lock was taken.
     """
 
     process: int
@@ -52,7 +59,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file. :meth:`take` locks it."""
+    """A lock file. Call :meth:`take` to lock it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -70,12 +77,12 @@ class ReviewLock:
             try:
                 held = not lock(handle)
                 if not _same(self.path, handle):
-                    continue  # the holder has just deleted the lock
+                    continue  # the previous holder has just deleted the file
                 found = _read(handle)
                 if held or (found is not None and not found.here):
                     self.holder = found or Holder(0, "", "", _written(handle))
                     return False
-                if not writable:  # the file of another user's program that has ended
+                if not writable:  # the file belongs to another user's program, which has ended
                     self.path.unlink()
                     continue
                 _write(handle)
@@ -86,7 +93,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Return True if no program holds the lock now."""
+        """Return True if no program holds the lock."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -96,7 +103,7 @@ class ReviewLock:
     def take_over(self) -> bool:
         """Take the lock over from its holder.
 
-        Raises OSError if that fails, as on Windows while that program is running.
+        Raises OSError if that fails, for example on Windows while the holder is running.
         """
         self.path.unlink(missing_ok=True)
         return self.take()
@@ -129,7 +136,7 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """Open or create the file. Returns its handle, and whether it is writable. Raises OSError."""
+    """Open or create the file. Return its handle and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
         check_ordinary(path, path.lstat().st_mode)
     try:
@@ -148,7 +155,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Return the holder that is written in the file, or None if there is none."""
+    """Return the holder written in the file, or None if the file names no holder."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():
@@ -161,7 +168,7 @@ def _written(handle: int) -> datetime:
 
 
 def _write(handle: int) -> None:
-    with suppress(OSError):  # if the disk is full, this program still holds the lock
+    with suppress(OSError):  # even if the disk is full, this program holds the lock
         os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)
         os.write(handle, f"{os.getpid()}\nTwist Inspector\n{socket.gethostname()}\n".encode())

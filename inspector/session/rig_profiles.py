@@ -1,6 +1,6 @@
-"""Read and write rig profiles. A rig profile stores the user's chains for a skeleton.
+"""Read and write rig profiles. A rig profile has the user's changes to a skeleton's chains.
 
-Each skeleton has its own file, which is read when a clip is opened.
+Each skeleton has its own file, which is read when a clip with this skeleton is opened.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from inspector.language import of_core, tr
-from inspector.session.session_files import set_aside
+from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.ordinary import is_there
@@ -24,7 +24,7 @@ def rig_path(skeleton: Skeleton) -> Path:
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
     """Return the rig profile of a motion's skeleton, and a sentence to show, or ''.
 
-    If the file is damaged, it is renamed and the chains are found automatically.
+    If the file is damaged, it is renamed and chains are found automatically.
     """
     path = rig_path(motion.skeleton)
     if not is_there(path):
@@ -33,7 +33,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
         rig = read_rig(path)
         _fit(path, rig, motion)
     except FormatError as error:
-        return AS_FOUND, set_aside(path, str(error))
+        return AS_FOUND, rename_damaged(path, str(error))
     except TwistError as error:
         return AS_FOUND, tr(
             "The saved chains cannot be used, so the chains were found automatically. {error}.",

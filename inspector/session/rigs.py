@@ -13,11 +13,11 @@ from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
 from twistcore.work.progress import Tell
 
-_KEPT = 4  # maximum number, since each may take hundreds of megabytes
+_KEPT = 4  # maximum number of analyses, because each may take hundreds of megabytes
 
 
 class Rigs:
-    """The latest analyses of the open clip with different rigs (sets of chains)."""
+    """The analyses of the open clip with different rigs (sets of chains), the latest few."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -42,7 +42,7 @@ class Rigs:
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Call `then` when the clip has been analysed with the chains of `state`."""
+        """Call `then` as soon as the clip has been analysed with the chains of `state`."""
         present = self.present
         assert present is not None
         known, method = self._known.get(state.rig), present.usable(state.method)
@@ -60,7 +60,7 @@ class Rigs:
     ) -> None:
         """Analyse the clip with other chains, then call `do` with the command to switch to them.
 
-        `what` is the name of this step in the history.
+        `what` is the name of the step in the history.
         """
         present = self.present
         assert present is not None
@@ -72,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Analyse the clip with a rig, in a thread. Clip and review do not change."""
+        """Return the analysis of the same clip and review with a rig. Called in a thread."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

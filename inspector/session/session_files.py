@@ -1,6 +1,7 @@
 """The names and folders of a clip's session, journals and lock.
 
-If the clip's folder is read-only, these files are stored in the refuge, a folder of the user.
+If the clip's folder is read-only, these files are stored in the refuge, a folder in the user's
+home.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ _Made = TypeVar("_Made")
 SESSION_SUFFIX = ".twist.json"
 SESSION_PATTERNS = f"*{SESSION_SUFFIX}* *{REPLAY_SUFFIX}"  # filter of a file dialog
 JOURNAL_SUFFIX = ".journal"
-# Several crashes may leave several journals. `.unanswered` is from an older version.
+# Several crashes may leave several journals. An older version wrote the ending `.unanswered`.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
-_LONGEST_NAME = 180  # maximum length in bytes of the clip's name in the refuge
+_LONGEST_NAME = 180  # maximum length, in bytes, of the clip's name in the refuge
 _GRAIN_NS = 2_000_000_000  # the coarsest time resolution of a file system
 _POINTER_SUFFIX = ".elsewhere.json"
 
@@ -49,7 +50,7 @@ def replay_path(export: Path) -> Path:
 
 
 def is_session(path: Path) -> bool:
-    """Return True if a session can have this file name, such as `.twist.json.earlier`."""
+    """Return True if a session file can have this name, such as `walk.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 
@@ -57,7 +58,7 @@ def refuge_path(clip: Path) -> Path:
     """Return the path in the refuge for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     name = own_name(clip)
-    if len(os.fsencode(name)) > _LONGEST_NAME:  # the names of its journal and lock must fit as well
+    if len(os.fsencode(name)) > _LONGEST_NAME:  # room for the endings of journal and lock
         name = name[:20]
     return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
@@ -66,7 +67,7 @@ def _refuge() -> Path:
     return own_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
 
 
-def at_first(
+def first_success(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
     """Call `make` with each path until it succeeds; return the path, the result and the last error.
@@ -88,9 +89,9 @@ def at_first(
 def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
-    The sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions
-    of a clip in another format are ignored. Earlier versions did not write the format into the
-    session's name; such a session is used only if there is no other.
+    Sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions of
+    a clip with the same name in another format are ignored. Earlier versions did not write the
+    format into the session's name; such a session is used only if there is no other.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -105,11 +106,11 @@ def kept_sessions(clip: Path) -> list[Path]:
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
         there = [old]
-    return sorted(there, key=written, reverse=True)
+    return sorted(there, key=modified_ns, reverse=True)
 
 
 def remember_place(clip: Path, session: Path) -> None:
-    """Store where a clip's session was saved, unless it is one of the default paths."""
+    """Store the path at which a clip's session was saved, unless it is a default path."""
     refuge = refuge_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
@@ -122,7 +123,7 @@ def _pointer(refuge: Path) -> Path:
 
 
 def journals(session: Path) -> list[Path]:
-    """Return the journals next to a session path, even if the session was never saved."""
+    """Return the journals next to a session path, even if the session itself does not exist."""
     start = session.name + JOURNAL_SUFFIX
     try:
         with os.scandir(session.parent) as entries:
@@ -133,7 +134,7 @@ def journals(session: Path) -> list[Path]:
 
 
 def journal_owners(folder: Path) -> set[str]:
-    """Return the names of the sessions in a folder that have journals."""
+    """Return the names of the sessions in a folder that have a journal."""
     try:
         with os.scandir(folder) as entries:
             cut = (e.name.rpartition(JOURNAL_SUFFIX) for e in entries)
@@ -142,7 +143,7 @@ def journal_owners(folder: Path) -> set[str]:
         return set()
 
 
-def written(path: Path) -> int:
+def modified_ns(path: Path) -> int:
     """Return the time of the last change of a file in nanoseconds, or 0 if it is missing."""
     try:
         return path.stat().st_mtime_ns
@@ -151,18 +152,18 @@ def written(path: Path) -> int:
 
 
 def make_latest(path: Path, others: Iterable[Path]) -> None:
-    """Make sure that a newly written file has a later time than the others.
+    """Make sure that a newly written file has a later time than the other files.
 
     This is needed only if the clock was set back or another computer wrote the other files.
     """
-    newest = max((written(other) for other in others if other != path), default=0)
-    if written(path) <= newest:
+    newest = max((modified_ns(other) for other in others if other != path), default=0)
+    if modified_ns(path) <= newest:
         with suppress(OSError):
             os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
 
 
-def set_aside(path: Path, why: str) -> str:
-    """Rename a damaged file, and return a sentence with the reason."""
+def rename_damaged(path: Path, why: str) -> str:
+    """Rename a damaged file. Return a sentence with the reason `why` and the file's new name."""
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
@@ -175,9 +176,9 @@ def set_aside(path: Path, why: str) -> str:
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session. If the file has another review, rename that file and return a sentence.
+    """Write a session. If the file contains another review, rename it first and return a sentence.
 
-    `known` has the SHA-256 of session files when this program last read or wrote them, and is
+    `known` has the SHA-256 of each session file when this program last read or wrote it, and is
     updated. If OSError is raised, nothing is changed.
     """
     message = ""
@@ -197,8 +198,8 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     return message
 
 
-def decided_in(clip: Path) -> tuple[int, int] | None:
-    """Return the numbers of decided intervals and of all intervals in a clip's session, or None."""
+def decided_counts(clip: Path) -> tuple[int, int] | None:
+    """Return the numbers of decided and of all intervals in a clip's latest session, or None."""
     with suppress(IndexError, TwistError):
         document = parsed_json(bytes_of(kept_sessions(clip)[0]))
         intervals = items(has(document, "intervals")["intervals"], "intervals")

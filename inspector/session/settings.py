@@ -1,7 +1,7 @@
 """The settings of the program, stored in one JSON file.
 
-Each feature of the window declares its settings in its folder, as objects of FeatureSetting. The
-settings can therefore be read only after the window's modules were imported.
+Each feature of the window declares its settings in its own folder, as objects of FeatureSetting.
+Therefore, settings can be read only after the modules of the window have been imported.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from twistcore.files.ordinary import own_folder, read_file, real_path
 
 RECENT = 10
 STEPS = (2, 1000)  # range of frames for Ctrl+arrow
-_LARGEST_FILE = 64_000_000  # bytes; this program's files have a few kilobytes
+_LARGEST_FILE = 64_000_000  # bytes; a file written by this program has a few kilobytes
 _LONGEST_NUMBER = 18  # digits; longer numbers are out of range and slow to read
 
 
@@ -37,28 +37,54 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings of the program. CHECKS has their allowed values.
+    """The settings of the program. CHECKS defines the allowed values.
 
-    - theme: 'system', 'light' or 'dark'
-    - geometry, layout: the window's geometry and layout as Qt saves them, in hexadecimal
-    - first_frame: the number of the first frame, 0 or 1
-    - step: the number of frames that Ctrl+arrow moves
-    - keys: the keys of actions by action id, if they differ from the defaults
-    - zoom_to_interval: True if N, A and R zoom the plots to the interval
-    - order: the order in which N, A and R visit intervals, 'worst', 'chain' or 'time'
-    - reviewer_asked: True if the program has already asked for the reviewer's name
-    - turn_ms: the duration of the camera's turn to another limb in milliseconds, 0 for none
-    - autosave: True if sessions are saved automatically
-    - columns: the columns of the list of intervals; if empty, as many as fit
-    - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
-    - group_errors: True to list errors that belong together as a group
-    - skin: True to draw limbs with the striped skin instead of wedges
-    - side_by_side: True to draw the poses before and after side by side
-    - looks_by_kind: which of 'skin' and 'side_by_side' are on, keyed by kind of error; for missing
-      kinds, the last choice is used
-    - language: 'system' or a language code such as 'de'; an unknown code means 'system'
-    - of_features: the value of each FeatureSetting, keyed by its name
-    - of_others: entries that this version does not know, preserved for newer versions
+    Attributes
+    ----------
+    theme
+        'system', 'light' or 'dark'.
+    recent
+        The paths of the files opened last, the latest first.
+    reviewer
+        The reviewer's name.
+    geometry, layout
+        The window's geometry and layout as saved by Qt, in hexadecimal.
+    first_frame
+        The number of the first frame, 0 or 1.
+    step
+        The number of frames by which Ctrl+arrow moves the playhead.
+    keys
+        The keyboard shortcuts that differ from the defaults, keyed by action id.
+    zoom_to_interval
+        True if N, A and R zoom the plots to the interval.
+    order
+        The order in which N, A and R visit intervals: 'worst', 'chain' or 'time'.
+    reviewer_asked
+        True if the program has already asked for the reviewer's name.
+    turn_ms
+        The duration, in milliseconds, of the camera's turn to another limb; 0 for no animation.
+    autosave
+        True if sessions are saved automatically.
+    columns
+        The columns of the list of intervals; if empty, as many columns as fit.
+    interval_sort
+        The column by which intervals are sorted, with '-' in front for descending order; '' for
+        none.
+    group_errors
+        True to list errors that belong together as a group.
+    skin
+        True to draw limbs with the striped skin instead of wedges.
+    side_by_side
+        True to draw the poses before and after the correction side by side.
+    looks_by_kind
+        For each kind of error, which of 'skin' and 'side_by_side' are on. A kind without an entry
+        uses the last choice.
+    language
+        'system' or a language code such as 'de'; an unknown code means 'system'.
+    of_features
+        The value of each FeatureSetting, keyed by its name.
+    of_others
+        Entries that this version does not know, kept for newer versions.
     """
 
     theme: str = "system"
@@ -105,7 +131,8 @@ class Settings:
             setattr(self, name, value)
 
 
-Merge = Callable[[Any, Any, Any], Any]  # chooses from (before, ours, theirs)
+# Takes the values (before, ours, theirs) and returns the value to save
+Merge = Callable[[Any, Any, Any], Any]
 _of_features: dict[str, FeatureSetting[Any]] = {}
 
 
@@ -113,11 +140,17 @@ _of_features: dict[str, FeatureSetting[Any]] = {}
 class FeatureSetting(Generic[T]):
     """A setting that a feature of the window declares in its own folder.
 
-    - name: its name in settings files
-    - default: its initial value
-    - check: the function that checks a value from a file
-    - merge: the function that chooses between two entries of an object if two windows have changed
-      it; by default, the entry of this window is kept
+    Attributes
+    ----------
+    name
+        The name of the setting in settings files.
+    default
+        The initial value.
+    check
+        The function that checks a value from a file.
+    merge
+        For a setting that is an object: the function that chooses between two values of an entry if
+        two windows have changed it. By default, the value of this window is kept.
     """
 
     name: str
@@ -140,7 +173,7 @@ class FeatureSetting(Generic[T]):
         settings.of_features[self.name] = value
 
 
-# Checks of the values in a file. The window offers only values that pass them.
+# The checks of the values in a file. All values that the window offers pass their check.
 CHECKS: dict[str, Check] = {
     "theme": checks.any_of("system", "light", "dark"),
     "recent": checks.first_of(checks.file_path, RECENT),
@@ -168,12 +201,12 @@ CHECKS: dict[str, Check] = {
 
 
 def checks_by_name() -> Mapping[str, Check]:
-    """Return the check of every field of a settings file, including features, keyed by name."""
+    """Return the check of every setting, including those of features, keyed by name."""
     return {**CHECKS, **{name: setting.check for name, setting in _of_features.items()}}
 
 
 def settings_path() -> Path:
-    """Return the path of the settings file. The variable TWIST_INSPECTOR_SETTINGS overrides it."""
+    """Return the path of the settings file, which TWIST_INSPECTOR_SETTINGS overrides."""
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
@@ -181,10 +214,10 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """Return the settings, and a sentence to show, or ''. Never raises an exception.
+    """Return the settings in a file, and a sentence to show, or ''. Never raises an exception.
 
     Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
-    of the damaged file is kept next to it.
+    of the damaged file is kept next to the original.
     """
     if trouble := _trouble(path):
         return Settings(), _unread(path, trouble)
@@ -214,7 +247,7 @@ def load_settings(path: Path) -> tuple[Settings, str]:
 def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
     """Return the settings in a file's bytes, and the names of damaged fields."""
     try:
-        # Paths may have bytes that are not UTF-8, which the checks reject in all other values.
+        # Paths may contain bytes that are not UTF-8; in other values, the checks reject such bytes.
         document = json.loads(data.decode("utf-8-sig", "surrogateescape"), parse_int=_whole)
     except (ValueError, RecursionError):
         document = None
@@ -240,7 +273,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings. Returns '', or a sentence with the reason for a failure. Never raises."""
+    """Write the settings. Return '', or a sentence that says why that failed. Never raises."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -249,7 +282,7 @@ def save_settings(path: Path, settings: Settings) -> str:
         document[name] = checks.sealed(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # In ASCII, because lone surrogates, such as in paths that are not UTF-8, need escapes.
+        # Write ASCII, because lone surrogates (from paths that are not UTF-8) need escapes.
         write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
     except OSError as error:
         return _unwritten(path, error.strerror)
@@ -257,10 +290,10 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write only the changes since `before`, since another window may have changed the file.
+    """Write only the changes since `before`, because another window may have changed the file.
 
-    Values in the file that this window did not change are kept, and so are single entries of lists
-    and objects. Returns '', or a sentence with the reason for a failure.
+    Values that this window did not change stay as they are in the file; this includes single
+    entries of lists and objects. Returns '', or a sentence that says why writing failed.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -277,7 +310,7 @@ def _with_values(settings: Settings, values: Mapping[str, Any]) -> Settings:
 
 
 def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
-    """Return the settings `theirs` with the changes that lead from `before` to `ours` applied."""
+    """Return `theirs` with the changes that were made from `before` to `ours`."""
     changed: dict[str, Any] = {}
     for name, check in checks_by_name().items():
         old, new, other = (s.value(name) for s in (before, ours, theirs))
@@ -294,7 +327,7 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
             latest_first = [k for n, k in enumerate(new) if old_place.get(k, n + 1) > n]
             rest = [k for k in other if (k in new or k not in old) and k not in latest_first]
             new = [*latest_first, *rest]
-        with contextlib.suppress(ValueError):  # keep the old value if the new one cannot be saved
+        with contextlib.suppress(ValueError):  # keep the old value if the new one fails its check
             changed[name] = check(new) if name not in ("geometry", "layout") else new
     return _with_values(theirs, changed)
 
@@ -308,7 +341,7 @@ def _unwritten(path: Path, why: str | None) -> str:
 
 
 def _trouble(path: Path) -> str:
-    """Return the reason why settings cannot be read from or written to a path, or ''."""
+    """Return a reason why a path cannot be a settings file, such as that it is a folder, or ''."""
     try:
         status = path.stat()
     except FileNotFoundError:
@@ -327,7 +360,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Copy a file next to the original unless a copy exists. Raises OSError."""
+    """Return the path of a copy next to the original. Without one, make a copy. Raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside

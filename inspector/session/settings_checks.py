@@ -1,7 +1,7 @@
 """Check values read from a settings file.
 
-A check is a function that takes any JSON value and returns the part that is valid, or raises
-ValueError. The valid part of a list or object has only its valid entries.
+A check is a function that takes any JSON value and returns the valid part of it, or raises
+ValueError. The valid part of a list or object contains only its valid entries.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check that accepts a value if its type is listed and `good` returns True for it.
+    """Return a check that accepts a value of these types if `good` returns True for it.
 
     `keep` is a function that converts an accepted value.
     """
@@ -37,7 +37,7 @@ def _of(
 
 
 def any_of(*allowed: str) -> Check:
-    """Return a check that accepts only these words."""
+    """Return a check that accepts only the given words."""
     return _of(str, good=lambda value: value in allowed)
 
 
@@ -59,8 +59,8 @@ def number_between(low: float, high: float) -> Check:
 
 
 def text_up_to(longest: int) -> Check:
-    """Return a check that accepts text of at most `longest` characters without lone surrogates."""
-    # UnicodeEncodeError is a ValueError.
+    """Return a check that accepts text of at most `longest` characters, no lone surrogates."""
+    # UnicodeEncodeError, which lone surrogates cause, is a ValueError.
     return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
 
 
@@ -70,7 +70,7 @@ def _encodable(value: str, errors: str = "strict") -> str:
 
 
 def file_path(value: Any) -> str:
-    """Check that a value is a file path, and return it; bytes that are not UTF-8 are escaped."""
+    """Check that a value is a file path, and return it. Bytes that are not UTF-8 stay escaped."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
@@ -82,7 +82,7 @@ def file_path_or_none(value: Any) -> str:
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Return a check that accepts hexadecimal digits with a valid checksum and removes it."""
+    """Return a check that accepts hexadecimal digits with a checksum, and removes it."""
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
@@ -95,12 +95,12 @@ def sealed_bytes(longest: int) -> Check:
 
 
 def sealed(digits: str) -> str:
-    """Return hexadecimal digits with a checksum, because Qt crashes when it reads damaged data."""
+    """Return hexadecimal digits with a checksum, because damaged data would crash Qt."""
     return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check for a list of two values, with a separate check for each."""
+    """Return a check that accepts a list of two values, each with its own check."""
     return _of(
         list,
         tuple,
@@ -110,7 +110,7 @@ def both(first: Check, second: Check) -> Check:
 
 
 def list_of(entry: Check, most: int) -> Check:
-    """Return a check that accepts a list of at most `most` entries if all are valid."""
+    """Return a check that accepts a list of at most `most` entries if all entries are valid."""
     return _of(
         list, good=lambda some: len(some) <= most, keep=lambda some: [entry(one) for one in some]
     )
@@ -122,13 +122,16 @@ def first_of(entry: Check, most: int) -> Check:
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
-    """Return a check that accepts an object and returns its last `most` valid entries."""
+    """Return a check that accepts an object and returns its last `most` valid entries.
+
+    `key` checks the keys and `entry` checks the values.
+    """
     pair = both(key, entry)
     return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
 
 
 def record(**checks: Check) -> Check:
-    """Return a check for an object with these entries; all must be valid, others are dropped."""
+    """Return a check that accepts an object with these valid entries and drops the others."""
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),
@@ -137,7 +140,7 @@ def record(**checks: Check) -> Check:
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
-    """Accept any JSON value that is not nested too deeply to be written."""
+    """Return a JSON value, or raise ValueError if it is nested too deeply to be written."""
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError
     if isinstance(value, dict | list):

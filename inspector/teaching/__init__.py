@@ -1,1 +1,1 @@
-"""The teaching tab: section 3 of the paper, explained at the selected joint."""
+"""The teaching tab, which explains section 3 of the paper at the selected joint."""

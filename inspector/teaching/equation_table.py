@@ -1,4 +1,4 @@
-"""The equations of [Choi26 §3] in one table, each with the text of its value."""
+"""The table of the equations of [Choi26 §3], each with a function for the text of its value."""
 
 from __future__ import annotations
 
@@ -14,22 +14,29 @@ from inspector.teaching.taught_frame import FrameNumbers, degree_text, numbers, 
 from inspector.widgets.signed_numbers import plain
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
-NEAR_SWING = 0.10  # below this, the reliability of θp is shown: a swing beyond 168°
+NEAR_SWING = 0.10  # if the reliability of θp is smaller, it is shown: a swing beyond 168°
 NEAR_STRAIGHT = 0.17  # the same for the azimuth: a limb straighter than 10°
-LEAST = float(np.radians(0.005))  # an m larger than the rounding of a file's numbers
+# A larger strength m is not due to the rounding of numbers in a file
+LEAST = float(np.radians(0.005))
 _UNDEFINED = tr("undefined")
 _IF, _ELSE = tr_as("equation", "if"), tr_as("equation", "else")
 _SHARE = tr_as("equation", "share")
-_NOT_YET = "–"  # while P's rotation is animated
+_NOT_YET = "–"  # shown while the parent's rotation is animated
 _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation of the form "symbol = right", with its number in the paper and its value.
+    """An equation of the form "symbol = right".
 
     Attributes
     ----------
+    symbol
+        The symbol on the left, a key of SYMBOLS.
+    right
+        The right-hand side as TeX.
+    number
+        The number of the equation in the paper, or ''.
     corrected
         The difference from the printed equation, or '' if there is none.
     shown
@@ -44,7 +51,7 @@ class Equation:
     shown: Callable[[FrameNumbers], str] | None = None
 
     def value(self, of: FrameNumbers) -> str:
-        """Return the value as text."""
+        """Return the value in a frame as text."""
         if of.staged and self.symbol not in _STAGED:
             return _NOT_YET
         if self.shown is not None:
@@ -57,7 +64,11 @@ class Equation:
 class Section:
     """A heading and the equations below it.
 
-    `title` is the text of the heading, with {P}, {C} and {G} for the joints' names.
+    Attributes
+    ----------
+    title
+        The text of the heading, with {P}, {C} and {G} for the names of the parent, the child and
+        the grandchild.
     """
 
     title: str
@@ -65,12 +76,12 @@ class Section:
 
     @property
     def bare_title(self) -> str:
-        """The title without joint names, for use when no chain is selected."""
+        """The title without the names of joints, shown when no chain is selected."""
         return re.sub(r" = \{.\}", "", self.title)
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Wrap `value_of`, so that the result is 'undefined' at a swing of 180°."""
+    """Return a function like `value_of` that returns 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
@@ -100,7 +111,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return the product of the changes and whether it is negative, as text."""
+    """Return the product of both changes and whether it is negative, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -117,7 +128,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return m and its comparison with τ as text."""
+    """Return the strength m and its comparison with τ, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau
@@ -273,7 +284,7 @@ SECTIONS = (
 )
 
 
-OTHER_FORMS = {  # other forms of q_P as TeX, explained in other_forms
+OTHER_FORMS = {  # other forms of the parent's rotation as TeX, see other_forms
     "swing first": r"q_P=q_\mathrm{swing}\,q_\mathrm{twist}",
     "twist first": r"q_P=q_\mathrm{twist}\,q\mathrm{ʹ}_\mathrm{swing}",
     "as it is": r"q_P",
@@ -282,7 +293,7 @@ OTHER_FORMS = {  # other forms of q_P as TeX, explained in other_forms
 
 
 def typeset_texts() -> tuple[str, ...]:
-    """Return all TeX texts that the teaching tab shows."""
+    """Return all TeX formulas that the teaching tab shows."""
     equations = [e.right for section in SECTIONS for e in section.rows]
     return tuple(
         dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations, *OTHER_FORMS.values()])

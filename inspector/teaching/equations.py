@@ -1,4 +1,4 @@
-"""The list of equations with current values. Each symbol is a button that highlights it."""
+"""The list of equations with their current values. Each symbol is a button that highlights it."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Colours, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
-_FIGURES = 9.0  # points, of the values
-_SIZE = 0.97  # size of a formula, in lines
-_LINE = 7 / 6  # line height in letter sizes, independent of the font's line spacing
+_FIGURES = 9.0  # points; font size of the values
+_SIZE = 0.97  # size of a formula, relative to the line height
+_LINE = 7 / 6  # line height relative to the font size, independent of the font's own line spacing
 _ASIDE = 5  # pixels on either side of a formula
-_LONGEST = 32  # characters of a quaternion; longer values get a second line
+_LONGEST = 32  # characters in a line; longer values, such as quaternions, are wrapped
 _Row = tuple[float, float]
-# Lines above and below the baseline of a row; more for some formulas.
+# The space above and below the baseline of a row, in line heights; some formulas need more.
 _ROW = (0.83, 0.31)
 _HIGHER_ROWS = {r"\frac": (0.96, 0.54), "^{-1}": (0.89, 0.44)}
 _CONVENTIONS = tr(
@@ -44,7 +44,7 @@ _CONVENTIONS = tr(
 
 
 class _Typeset:
-    """The size and drawing of a formula in a widget."""
+    """The size and the drawing of a formula in a widget."""
 
     def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str, row: _Row) -> None:
         self._widget, self._typesetter, self._tex = widget, typesetter, tex
@@ -82,7 +82,7 @@ class _Typeset:
 
 
 class SymbolButton(QAbstractButton):
-    """A button that shows a typeset symbol. It is checked while the symbol is highlighted."""
+    """A button that shows a typeset symbol, checked while the symbol is highlighted."""
 
     def __init__(
         self, symbol: str, typesetter: Typesetter, colours: Colours, row: _Row = _ROW
@@ -95,7 +95,7 @@ class SymbolButton(QAbstractButton):
         self._value = ""
         self._ink = self._paper = "#000000"
         self.setCheckable(True)
-        self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # repaint under the mouse
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # repaint when the mouse enters or leaves
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         words = SYMBOLS[symbol].words
         what = f"{words[0].upper()}{words[1:]}"
@@ -106,7 +106,7 @@ class SymbolButton(QAbstractButton):
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """If `calm`, use the normal text colour, because the value is not a warning."""
+        """Use the normal text colour if `calm` is True, or else the colour of the quantity."""
         if calm != self._calm:
             self._calm = calm
             self._inked()
@@ -117,13 +117,13 @@ class SymbolButton(QAbstractButton):
         self.update()
 
     def set_spoken(self, value: str) -> None:
-        """Set the value that a screen reader reads while the button has the focus."""
+        """Set the value that a screen reader reads when the button has the focus."""
         self._value = value
         if self.hasFocus():
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Make a screen reader read the value when the button gets the focus."""
+        """Let a screen reader read the value when the button gets the focus."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
@@ -132,7 +132,7 @@ class SymbolButton(QAbstractButton):
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the symbol on a rounded box. The box is filled while the symbol is highlighted."""
+        """Draw the symbol in a rounded box, which is filled while the symbol is highlighted."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)
@@ -145,7 +145,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number without a height, because the formulas determine the row's height."""
+    """A sign or a number with a height of 0, because the formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and a height of 0."""
@@ -233,7 +233,7 @@ class Equations(QWidget):
                 )
             )
         equals = _InRow("" if equation.right.startswith("<") else "=")
-        # In one cell, since the widest formula and the widest number are in different rows.
+        # in one cell, because the widest formula and the widest number are in different rows
         both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
         for column, widget in enumerate((equals, both, number), 1):
@@ -244,7 +244,7 @@ class Equations(QWidget):
         self._rows[equation.symbol] = (button, equals, both, number)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the type of the values; the formulas follow the font of the widget."""
+        """Scale the text of the values. The formulas follow the font of the widget."""
         for value in self.values.values():
             value.setFont(figures_font(_FIGURES * scale))
 
@@ -280,14 +280,14 @@ class Equations(QWidget):
 
     @property
     def whole_width(self) -> int:
-        """The width in pixels at which every visible row fits into one line."""
+        """The width, in pixels, at which every visible row fits into one line."""
         cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
         least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
         widest = max((cell.row_width for cell in cells), default=0)
         return self.minimumSizeHint().width() + widest - least
 
     def show_lit(self, symbol: str) -> None:
-        """Highlight only this symbol. '' removes the highlight."""
+        """Highlight only this symbol; '' removes the highlight."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 

@@ -1,4 +1,4 @@
-"""The teaching tab as a feature of the window."""
+"""The teaching tab, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.building import bring_to_front, scrolled
 
 
 class Teaching(FeatureParts):
-    """The state of the teaching tab, and the tab that shows it."""
+    """The teaching tab, and the frame that it explains."""
 
     def __init__(self, window: HostWindow) -> None:
         actions = window.actions_by_id
@@ -36,10 +36,10 @@ class Teaching(FeatureParts):
         self._dock.visibilityChanged.connect(self._set_shown)
 
     def _set_shown(self, on: bool) -> None:
-        """Activate or deactivate teaching.
+        """Activate teaching, or deactivate it if `on` is False.
 
-        While it is active, a single figure without the striped skin is shown, because the gizmo is
-        drawn on the bones' wedges.
+        While teaching is active, the 3D view shows a single figure without the striped skin,
+        because the gizmo is drawn on the wedges of the bones.
         """
         for look in ("skin", "side_by_side"):
             wanted = not on and bool(self._window.settings.value(look))
@@ -47,13 +47,13 @@ class Teaching(FeatureParts):
         self.teaching.set_shown(on)
 
     def content(self) -> QWidget:
-        """Return the content of the dock. Its minimum width depends on the typeset symbols."""
+        """Return the content of the dock, whose minimum width depends on the typeset symbols."""
         area = scrolled(self.teaching)
         self.teaching.least_width.connect(area.setMinimumWidth)
         return area
 
     def show(self) -> None:
-        """Bring the tab to the front."""
+        """Bring the teaching tab to the front."""
         bring_to_front(self._dock)
 
 

@@ -15,13 +15,13 @@ from twistcore.study.quamo.representations import (
 )
 
 AXIS = np.array([0.36, 0.48, 0.8])
-DT = 0.04  # seconds: 25 Hz
+DT = 0.04  # seconds between frames: 25 Hz
 FRAMES = 101
 _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
 def turning(speed: float) -> Array:
-    """Return the rotations of a joint about a fixed axis, as quaternions (FRAMES, 4).
+    """Return the rotations of a joint about a fixed axis as quaternions, (FRAMES, 4).
 
     `speed` is in turns per second. The rotation starts slowly.
     """
@@ -30,8 +30,8 @@ def turning(speed: float) -> Array:
     return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
 
 
-def followers(q_hat: Array) -> dict[str, Array]:
-    """Return each tracker's distance from the input, in degrees, (frames,), keyed by name.
+def tracker_errors(q_hat: Array) -> dict[str, Array]:
+    """Return the distance of each tracker from the input, in degrees, (frames,), keyed by name.
 
     All trackers use the same gains.
     """
@@ -46,7 +46,7 @@ def followers(q_hat: Array) -> dict[str, Array]:
 
 
 def euler_angles(q_hat: Array) -> Array:
-    """Return the input as Euler angles X, Y and Z without unwrapping, in degrees, (frames, 3)."""
+    """Return the input as Euler angles X, Y and Z, not unwrapped, in degrees, (frames, 3)."""
     return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
 
 

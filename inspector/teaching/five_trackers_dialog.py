@@ -7,7 +7,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.language import tr
-from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, turning
+from inspector.teaching.five_trackers import FRAMES, euler_angles, tracker_errors, turning
 from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import Caption, SteadyLabel, inked
@@ -47,7 +47,8 @@ _TITLES = {
     "Quaternion, first-order": tr("Quaternion, first-order"),
 }
 _EULER = (("X", "before"), ("Y", "accepted"), ("Z", "after"))
-_LEAP = 180.0  # degrees
+# Degrees; a larger change between frames is a jump from one end of the range to the other
+_LEAP = 180.0
 
 
 class FiveTrackers(QWidget):
@@ -103,9 +104,9 @@ class FiveTrackers(QWidget):
         vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
 
     def refresh(self) -> None:
-        """Compute the joint and its trackers at the chosen speed."""
+        """Compute the rotation of the joint and its trackers at the chosen speed, and show them."""
         q_hat = turning(0.01 * self.slider.value())
-        self.found = followers(q_hat)
+        self.found = tracker_errors(q_hat)
         self.angles = euler_angles(q_hat)
         x = np.arange(FRAMES, dtype=np.float64)
         lines = [Trace(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]
@@ -153,7 +154,7 @@ class FiveTrackers(QWidget):
 
 
 def _broken(angles: Array) -> Array:
-    """Return the angles with a NaN at every jump, so that no line is drawn across it."""
+    """Return the angles with NaN at every jump, so that no line is drawn across it."""
     out = angles.copy()
     out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
     return out

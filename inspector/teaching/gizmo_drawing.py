@@ -1,4 +1,4 @@
-"""Draw the gizmo: the tab's symbols in space, on top of the figure."""
+"""Draw the gizmo: the symbols of the teaching tab in space, on top of the figure."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from inspector.widgets.typeset import Typesetter
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
-_DIMMED = 0.22  # brightness of parts that are not highlighted
+_DIMMED = 0.22  # brightness of parts that are not highlighted, if other parts are
 _FAMILY = tr("Swing near 180°: one pose, many (<b>n</b>, θp)")
-# Parts that are highlighted together with a symbol.
+# The parts that are highlighted together with a symbol.
 _TOGETHER = {
     "q": ("a", "w", "alpha", "theta_p", "n"),
     "swing": ("alpha", "n", "a", "w"),
@@ -50,14 +50,14 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol; for '', there are none."""
+    """Return the parts of the gizmo to highlight for a symbol; for '', the result is empty."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
 class GizmoGuest:
     """The gizmo of the teaching tab.
 
-    The 3D view shows it on top of the figure while the tab is visible.
+    The 3D view shows the gizmo on top of the figure while the tab is visible.
     """
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
@@ -65,7 +65,7 @@ class GizmoGuest:
         self.labels = Labels(viewport, typesetter)
         self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
-        self._parts: list[GizmoPart] = []  # only their points differ between frames
+        self._parts: list[GizmoPart] = []  # between frames, only the points of the parts change
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._triads = Piece(gizmo_joints.POINTS, lines=gizmo_joints.LINES).unlit(width=2.0)
@@ -75,9 +75,9 @@ class GizmoGuest:
     # -- called by the view -------------------------------------------------------------------
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the pose to draw: the captured figure, or the edited one.
+        """Return the pose to draw: the captured figure or the edited one.
 
-        The edited figure is drawn with the captured figure as a ghost.
+        The edited figure is drawn together with the captured figure as a ghost.
         """
         what_if = None if show == Show.BEFORE else self._taught.pose()
         return altered_pose(self._taught.document, scene, what_if)
@@ -129,14 +129,15 @@ class GizmoGuest:
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """Return the gizmo's points, and the view direction that shows swing and dial best.
 
-        Return None if no chain is selected.
+        Returns None if no chain is selected.
         """
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = [p.points for p in shapes.parts if p.look != CLEAR]
-        if (data := self._taught.document.data) is not None:  # a counter-twist does not move G
+        # A counter-twist does not move the grandchild
+        if (data := self._taught.document.data) is not None:
             own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
             points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]
@@ -151,7 +152,7 @@ class GizmoGuest:
         level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
-        slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the fan of the family is open
+        slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the fan of normals is open
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), slant)
         worth += 0.35 * (seen @ outward) + 0.25 * (seen @ ahead)
         return np.vstack(points), seen[int(np.argmax(worth))]
@@ -174,7 +175,7 @@ class GizmoGuest:
     # -- drawing ------------------------------------------------------------------------------
 
     def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
-        """Return the gizmo's shapes for a pose, or None if no chain is selected."""
+        """Return the shapes of the gizmo for a pose, or None if no chain is selected."""
         d, chain = self._taught.quantities, self._taught.chain
         if d is None or chain is None:
             return None
@@ -190,7 +191,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer and the labels over the right-hand image if they do not exist yet."""
+        """Create the layer of the gizmo and its labels over the right image, unless they exist."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return
@@ -198,7 +199,7 @@ class GizmoGuest:
         assert self._viewport.view is not None
         window = self._viewport.view.ren_win
         assert window is not None
-        # A layer has its own depth buffer, so that no limb hides the gizmo.
+        # The layer has its own depth buffer, so that no limb hides the gizmo.
         layer = vtkOpenGLRenderer()
         layer.SetLayer(1)
         layer.InteractiveOff()
@@ -243,7 +244,7 @@ class GizmoGuest:
 
 
 def _stage_words(stage: float) -> str:
-    """Return the legend's text for a stage of P's rotation, 0…2."""
+    """Return the legend for a stage of the parent's rotation, from 0 to 2."""
     if stage <= 0.0:
         return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:

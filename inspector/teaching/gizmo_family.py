@@ -1,8 +1,10 @@
 """The geometry of the family of (n, θp) pairs that give the same pose at a swing of 180°.
 
-A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the pose does
-not show which axis was used. If n is turned by φ about `a`, then a θp that is larger by 2φ gives
-the same pose: q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ).
+A half turn about any axis perpendicular to the bone axis a makes the bone point backward, so the
+pose does not show which axis n was used. If n is turned by φ about a, then a θp that is larger by
+2φ gives the same pose:
+
+    q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ)
 """
 
 from __future__ import annotations
@@ -26,16 +28,16 @@ from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
-_STEPS = 16  # steps of a dial
-_OUT, _SIZE = 0.62, 0.13  # distance of the dials from P, and their radius, in bone lengths
+_STEPS = 16  # steps around the edge of a dial
+_OUT, _SIZE = 0.62, 0.13  # distance of the dials from the parent, and their radius, in bone lengths
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Return several normals n, each with the θp that gives the same pose.
+    """Return several swing axes n, each with the θp that gives the same pose.
 
-    The normals, (MEMBERS, 3), are in the coordinates of P's parent. The first pair is the frame's
-    own (n, θp).
+    The axes, (MEMBERS, 3), are in the coordinates of the joint above the parent. The first pair is
+    the frame's own (n, θp).
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -43,10 +45,10 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of normals around P, each with a dial. Unless the swing is 180°, the fan is empty.
+    """Add a fan of swing axes around the parent, each with a dial for its θp.
 
-    All hands point in the same direction, because the pose is the same, but the dials have
-    different zeros.
+    Unless the swing is close to 180°, the fan has no size. All hands of the dials point in the same
+    direction, because the pose is the same, but the zeros of the dials differ.
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
@@ -78,10 +80,9 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return vectors (n, m, 3): each `start` (n, 3) turned about its axis by m angles.
+    """Return vectors (n, m, 3): each vector in `start` (n, 3), turned about its axis by m angles.
 
-    Each axis is a unit vector perpendicular to its `start`. `angles` are in radians, shape (n or 1,
-    m).
+    Each axis is a unit vector perpendicular to its vector. `angles` are in radians, (n or 1, m).
     """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]
@@ -90,9 +91,9 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the faces (n, 4) of every dial.
+    """Return the faces of all dials, as point indices (n, 4).
 
-    Each face is a triangle from the centre, which is a dial's first point, to the rim.
+    Each face is a triangle from the centre of a dial, its first point, to the edge.
     """
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])

@@ -1,7 +1,8 @@
-"""The handles of the gizmo: where they are on the screen, and how dragging changes the pose.
+"""The handles of the gizmo: their positions on the screen, and the effect of dragging them.
 
-All functions are pure functions of the camera and of world positions. Pixels are counted from the
-top left corner of the image.
+The handles are the tip of w, the bone's direction after the swing, and the dial of the twist θp.
+All functions are pure functions of the camera and of positions in the world. Pixels are counted
+from the top left corner of the image.
 """
 
 from __future__ import annotations
@@ -16,24 +17,34 @@ from twistcore.analysis.decomposition import Decomposition
 from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
-W, DIAL = "w", "theta_p"  # the handles, keyed by symbol
-REACH = 14.0  # pixels around the tip of w or the ring within which the mouse grabs it
-_FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
+W, DIAL = "w", "theta_p"  # the handles, named by their symbols
+# Pixels from the tip of w or from the dial's edge within which the mouse grabs the handle
+REACH = 14.0
+# If the cosine between the view and the dial's axis is smaller, the dial is seen edge-on
+_FLAT = 0.2
 _DEAD = 0.15  # share of the dial's radius; closer to the centre, the mouse has no direction
 
-Size = tuple[int, int]  # size of an image in pixels
+Size = tuple[int, int]  # width and height of an image in pixels
 
 
 @dataclass(frozen=True, eq=False)
 class Handles:
     """The handles of a gizmo, in world coordinates.
 
-    - above: the global rotation of P's parent, (4,)
-    - root: the position of P, (3,)
-    - tip: the tip of the arrow w, (3,)
-    - centre, radius: the centre (3,) and the radius of the dial
-    - axis: the unit vector w, (3,)
-    - hand: the direction of the dial's hand, a unit vector (3,)
+    Attributes
+    ----------
+    above
+        The global rotation of the joint above the parent, (4,).
+    root
+        The position of the parent, (3,).
+    tip
+        The tip of the arrow w, (3,).
+    centre, radius
+        The centre, (3,), and the radius of the dial.
+    axis
+        The unit vector w, (3,).
+    hand
+        The direction of the dial's hand, a unit vector (3,).
     """
 
     above: Array
@@ -46,7 +57,7 @@ class Handles:
 
     @property
     def ring(self) -> Array:
-        """The points of the dial's edge, (n, 3)."""
+        """Points on the edge of the dial, (n, 3)."""
         return self.centre + self.radius * fan(self.hand, self.axis, 2.0 * np.pi)
 
     @property
@@ -55,14 +66,23 @@ class Handles:
         return self.centre + HAND_LONG * self.radius * self.hand
 
     def own(self, way: Array) -> Array:
-        """Convert a world vector (3,) to the coordinates of P's parent."""
+        """Return a world vector (3,) in the coordinates of the joint above the parent."""
         return rotate(conjugate(self.above), way)
 
 
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
     """Return the handles of a gizmo that `gizmo_shapes.sketch` has drawn.
 
-    `unit` is the bone length that sets the gizmo's size.
+    Parameters
+    ----------
+    d
+        The quantities of the frame.
+    q_parent
+        The global rotation of the parent, (4,).
+    parent
+        The position of the parent, (3,).
+    unit
+        The bone length that sets the size of the gizmo.
     """
     axis = rotate(q_parent, d.a)
     return Handles(
@@ -76,8 +96,8 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
     )
 
 
-def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
-    """Return the handle at the pixel `at` (2,), or '' if there is none."""
+def handle_at(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
+    """Return the handle at a pixel (2,), or '' if there is none."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:
         return W
@@ -88,24 +108,25 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 
 
 class SwingDrag:
-    """A drag of w's tip. The tip follows the mouse on a sphere around P.
+    """A drag of the tip of w, which follows the mouse on a sphere around the parent.
 
-    If the mouse leaves the sphere's outline, the tip continues on the back of the sphere.
+    If the mouse leaves the outline of the sphere, the tip continues on the back of the sphere.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
         self._slip = at - camera.project(held.tip, *size)[0]
         ray = camera.ray(at - self._slip, *size)
-        self._far = float((held.tip - held.root) @ ray) > 0.0  # on the far side of the sphere
+        # The tip is on the far side of the sphere
+        self._far = float((held.tip - held.root) @ ray) > 0.0
 
     def way(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> Array:
         """Return the new direction of w, a unit vector (3,) in world coordinates.
 
-        `at` is the pixel of the mouse, shape (2,).
+        `at` is the pixel of the mouse, (2,).
         """
         ray = camera.ray(at - self._slip, *size)
         root = held.root - camera.position
-        aside = float(root @ ray) * ray - root  # from P to the closest point of the ray
+        aside = float(root @ ray) * ray - root  # from the parent to the closest point of the ray
         radius = float(np.linalg.norm(held.tip - held.root))
         away = max(float(np.linalg.norm(aside)), 1e-12)
         share, side = away / radius, 1.0 if self._far else -1.0
@@ -116,7 +137,7 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial. The hand follows the mouse around the centre for any number of turns.
+    """A drag of the dial, whose hand follows the mouse around the centre for any number of turns.
 
     If the dial is seen edge-on, it rolls under the mouse instead.
     """
@@ -131,7 +152,7 @@ class TwistDrag:
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
         """Return the angle turned since the drag began, in radians.
 
-        `at` is the pixel of the mouse, shape (2,).
+        `at` is the pixel of the mouse, (2,).
         """
         now = self._angle(held, camera, size, at)
         if now is not None:
@@ -142,7 +163,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Return the mouse's angle about the dial's axis, or None if it is undefined."""
+        """Return the angle of the mouse about the axis of the dial, or None if it is undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis
@@ -157,7 +178,7 @@ class TwistDrag:
         return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
 
     def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle by which a dial seen edge-on has rolled under the mouse."""
+        """Return the angle by which a dial that is seen edge-on has rolled under the mouse."""
         centre, _ = camera.project(held.centre, *size)
         ray = camera.ray(centre, *size)
         along = normalise(np.cross(held.axis, -ray))
@@ -167,7 +188,7 @@ class TwistDrag:
 
 
 def _distance(at: Array, line: Array) -> float:
-    """Return the distance in pixels of a point (2,) from a line through points (n, 2)."""
+    """Return the distance, in pixels, of a point (2,) from a line through points (n, 2)."""
     start, along = line[:-1], np.diff(line, axis=0)
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     share = np.clip(((at - start) * along).sum(axis=1) / length, 0.0, 1.0)

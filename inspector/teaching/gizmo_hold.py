@@ -17,7 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from inspector.language import tr
-from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, taken
+from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, handle_at
 from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame, degree_text
 from inspector.viewport.viewport import Viewport
@@ -26,19 +26,20 @@ from twistcore.analysis.decomposition import WhatIf
 from twistcore.skeleton.rotation import Array, wrap
 
 _LEFT = Qt.MouseButton.LeftButton
-KEY = Qt.KeyboardModifier.ControlModifier  # window managers do not intercept Ctrl+drag
+KEY = Qt.KeyboardModifier.ControlModifier  # window managers do not intercept a drag with Ctrl
 _TIPS = {
     W: tr("Drag w to swing the bone. Esc cancels."),
     DIAL: tr(
         "Drag the dial to twist the parent. Hold Ctrl to let the child counter-twist. Esc cancels."
     ),
 }
-_KNOBS = {False: 5.0, True: 8.0}  # radius of a handle in pixels, and under the mouse
-_BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
+# Radius of a handle in pixels; the key is True for the handle under the mouse
+_KNOBS = {False: 5.0, True: 8.0}
+_BESIDE = QPointF(18.0, -22.0)  # distance in pixels of the number from the mouse
 
 
 class Hold(QObject):
-    """Handles mouse events on the gizmo before the camera gets them, and passes on all others."""
+    """Handles mouse events on the gizmo, and passes all other events to the camera."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
         super().__init__(viewport)
@@ -46,7 +47,7 @@ class Hold(QObject):
         self.knobs = Knobs(viewport)
         self._watched: QObject | None = None
         self.places: Handles | None = None
-        self.under = ""  # the handle under the mouse or being dragged
+        self.under = ""  # the handle that is under the mouse or being dragged, or ''
         self._drag: SwingDrag | TwistDrag | None = None
         self._before = WhatIf()
         self._at = QPointF()
@@ -67,16 +68,17 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Update the positions of the handles in the world."""
+        """Set the positions of the handles in the world."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
             assert self._watched is not None
-            self._watched.installEventFilter(self)  # the last filter is called first
+            # The filter that was installed last is called first
+            self._watched.installEventFilter(self)
         self._draw()
 
     def leave(self) -> None:
-        """Stop watching the mouse when the gizmo is removed."""
+        """Stop watching the mouse, because the gizmo was removed."""
         self._drop()
         if self._watched is not None:
             self._watched.removeEventFilter(self)
@@ -86,11 +88,11 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the view's mouse events and, during a drag, the program's key and focus events."""
+        """Handle the view's mouse events and, during a drag, the keys and the loss of the focus."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
         if event.type() == QEvent.Type.WindowDeactivate and self.held:
-            self._drop()  # another window may get the release
+            self._drop()  # the release of the button may go to another window
         if watched is not self._watched:
             return False
         if event.type() in (QEvent.Type.Enter, QEvent.Type.Leave) and not self.held:
@@ -102,7 +104,7 @@ class Hold(QObject):
     def _mouse(self, event: QMouseEvent) -> bool:
         kind, at = event.type(), event.position()
         if self.held and kind == QEvent.Type.MouseMove and not event.buttons() & _LEFT:
-            self._drop()  # the release was lost
+            self._drop()  # the release of the button was lost
         if self.held:
             if kind == QEvent.Type.MouseMove:
                 self._at = at
@@ -146,13 +148,13 @@ class Hold(QObject):
     def _found(self, at: QPointF) -> str:
         """Return the handle at a point of the view, or '' if there is none.
 
-        Also returns '' while the rotation is animated.
+        The result is also '' while the rotation is animated.
         """
         camera, places, stage = self._view.camera, self.places, self._taught.stage
         if camera is None or places is None or (stage is not None and stage < 2.0):
             return ""
         size, pixel = self._pixel(at)
-        return taken(places, camera, size, pixel) if pixel[0] >= 0.0 else ""
+        return handle_at(places, camera, size, pixel) if pixel[0] >= 0.0 else ""
 
     def _take(self, at: QPointF) -> None:
         camera, places = self._view.camera, self.places
@@ -170,12 +172,12 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Change the displayed frame to match the position of the mouse."""
+        """Change the displayed frame to fit the position of the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
             return
-        self._taught.set_stage(None)  # stops the animation
+        self._taught.set_stage(None)  # this also stops the animation
         size, pixel = self._pixel(self._at)
         if isinstance(self._drag, SwingDrag):
             way = places.own(self._drag.way(places, camera, size, pixel))
@@ -196,12 +198,12 @@ class Hold(QObject):
             self._draw()
 
     def _drop(self) -> None:
-        """End the drag and keep the changed frame."""
+        """End the drag, and keep the changed frame."""
         self._let_go()
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Highlight a handle that can be dragged: with a cursor, a larger knob and a tooltip.
+        """Highlight a handle that can be dragged: by the cursor, a larger knob and a tool tip.
 
         `under` is the handle under the mouse, or ''.
         """
@@ -219,7 +221,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's image, and the pixel in it for a point of the view."""
+        """Return the size of the gizmo's image, and the pixel of a point of the view in it."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -250,7 +252,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """The knobs at the handles, drawn over the 3D view. The knob under the mouse is larger."""
+    """The knobs of the handles, drawn over the 3D view. The knob under the mouse is larger."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)
@@ -261,18 +263,22 @@ class Knobs(QWidget):
     def show_handles(
         self, theme: Theme, spots: Array, ring: Array, under: str, at: QPointF, words: str
     ) -> None:
-        """Show the knobs of w and of the dial, the edge of the dial, and text near the mouse.
+        """Show the knobs of w and of the dial, the edge of the dial, and a text near the mouse.
 
         Parameters
         ----------
+        theme
+            The colours.
         spots
-            The pixels of both knobs, shape (2, 2).
+            The pixels of both knobs, (2, 2).
         ring
-            The pixels of the edge, shape (n, 2).
+            The pixels of the dial's edge, (n, 2).
         under
-            The handle under the mouse.
+            The handle under the mouse, or ''.
         at
             The position of the mouse.
+        words
+            The text, or ''.
         """
         view = self.parentWidget()
         assert view is not None
@@ -286,7 +292,7 @@ class Knobs(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the dial's edge and both knobs in the colours of their symbols."""
+        """Draw the edge of the dial and both knobs in the colours of their symbols."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         inks = {k: QColor(colour(MARKS[k].family, self._theme)) for k in (W, DIAL)}

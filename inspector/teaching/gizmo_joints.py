@@ -1,4 +1,4 @@
-"""The geometry of the names and coordinate axes of P, C and G in the 3D view."""
+"""The names and coordinate axes of parent, child and grandchild (P, C, G) in the 3D view."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from inspector.viewport.mesh_actor import Index
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
-POINTS = 18  # points of three triads
+POINTS = 18  # number of points of three triads; a triad is a joint's x, y and z axis
 LINES: Index = np.arange(POINTS).reshape(-1, 2)
-_LONG = 0.16  # length of an axis, in bone lengths
+_LONG = 0.16  # length of an axis in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
     """Add a label with the name of each joint of the chain.
 
-    If the label G_real is visible, it replaces the label of G.
+    If the label of the grandchild's actual position is visible, it replaces the grandchild's label.
     """
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)
@@ -31,9 +31,9 @@ def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
 
 
 def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
-    """Return lines along the x, y and z axes of P, C and G, in this order, (POINTS, 3).
+    """Return lines along the x, y and z axes of parent, child and grandchild, (POINTS, 3).
 
-    Each line is a pair of points. Without G, the axes of C are repeated.
+    Each line is a pair of points. Without a grandchild, the axes of the child are repeated.
     """
     joints = [chain.parent, chain.child, max(chain.grandchild, chain.child)]
     axes = matrix_from_quaternion(rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z

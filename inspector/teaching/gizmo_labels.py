@@ -1,4 +1,4 @@
-"""The gizmo's labels: symbols over the 3D view, typeset like the equations."""
+"""The labels of the gizmo: symbols over the 3D view, typeset like the equations."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.skeleton.rotation import Array
 
-_SIZE = 1.25  # size of a label, in font heights
-_WORDS = 0.62  # height of words relative to a label
+_SIZE = 1.25  # size of a label relative to the font's height
+_WORDS = 0.62  # height of words relative to a symbol
 _APART = 4.0  # pixels between two labels
-_HALO = 2.5  # pixels around a label's letters
-_MOST = 256  # cached images of labels; joint names differ between rigs
+_HALO = 2.5  # pixels around the letters of a label
+_MOST = 256  # number of cached images; the names of joints differ between rigs
 _GAP = 15.0  # pixels from a point to the middle of its label
 
 
 class Labels(QWidget):
-    """Typeset symbols over the 3D view, each near the part that it names."""
+    """Typeset symbols over the 3D view, each near the part of the gizmo that it names."""
 
     def __init__(self, viewport: QWidget, typesetter: Typesetter) -> None:
         super().__init__(viewport)
@@ -55,7 +55,7 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels in an image so that they overlap neither each other nor `covered`.
+        """Place the labels over an image without overlaps.
 
         `covered` is the area of the image that the legend covers.
         """
@@ -95,7 +95,7 @@ class Labels(QWidget):
         self.update(before + self._region())
 
     def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
-        """Return a free position near a point, preferably on the side `way` of the point."""
+        """Return a free rectangle near a point, preferably on the side `way` of the point."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
@@ -118,7 +118,7 @@ class Labels(QWidget):
         engine = painter.paintEngine()
         printed = engine is not None and engine.type() == QPaintEngine.Type.User
         for formula, box, ink, bright in self._placed:
-            if printed:  # keep outlines in a vector export
+            if printed:  # outlines, for vector graphics
                 painter.save()
                 painter.translate(box.topLeft())
                 self._draw(painter, formula, ink, bright)
@@ -139,7 +139,7 @@ class Labels(QWidget):
         painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """Return an image of a label, cached if possible."""
+        """Return an image of a label. Images are cached."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:
@@ -166,7 +166,7 @@ class Labels(QWidget):
 
 @lru_cache(maxsize=64)
 def _written(words: str, family: str) -> Formula:
-    """Return plain words as a formula."""
+    """Return a plain text as a formula."""
     font = QFont(family)
     font.setPixelSize(round(_WORDS * EM))
     path = QPainterPath()

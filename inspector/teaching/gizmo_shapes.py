@@ -1,6 +1,7 @@
 """The geometry of the gizmo: shapes that show the symbols of a frame in space.
 
-Every frame has the same number of points, so a new frame only moves them.
+The gizmo has the same number of points in every frame, so that a new frame only moves the points.
+The symbols are explained in `inspector/teaching/symbols.py`.
 """
 
 from __future__ import annotations
@@ -21,13 +22,14 @@ _HEAD = (0.105, 0.030)  # length and radius of an arrow head, in bone lengths
 _RING = 10
 _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-_WIRES = np.unique(_SIDES, axis=0)  # wires of a sphere
-_SEEN = np.radians(1.0)  # smaller differences are not drawn
+_WIRES = np.unique(_SIDES, axis=0)  # edges of a sphere's triangles
+_SEEN = np.radians(1.0)  # smaller differences of angles are not drawn
 W_LONG = 0.92  # length of the arrow w, in bone lengths
-DIAL_AT, DIAL_SIZE = 0.60, 0.25  # position of the dial along w, and its radius
-HAND_LONG = 1.12  # length of the dial's hand, in radii
+# Distance of the dial from the parent along w, and its radius, in bone lengths
+DIAL_AT, DIAL_SIZE = 0.60, 0.25
+HAND_LONG = 1.12  # length of the dial's hand, relative to the radius of the dial
 
-# How a part is drawn.
+# How a part is drawn: as bold or thin lines, or as solid or clear faces.
 BOLD, THIN = "bold", "thin"
 SOLID, CLEAR = "solid", "clear"
 
@@ -43,9 +45,9 @@ class GizmoPart:
     look
         BOLD or THIN for lines, SOLID or CLEAR for faces.
     points
-        The positions, shape (n, 3).
+        The positions, (n, 3).
     cells
-        The point indices of lines (m, 2) or faces (m, 3 or 4).
+        The point indices of lines, (m, 2), or of faces, (m, 3 or 4).
     share
         The opacity of a line or a CLEAR face, 0…1.
     """
@@ -66,11 +68,11 @@ class Mark:
     symbol
         A key of symbols.MARKS.
     at
-        The position of the label (3,).
+        The position, (3,).
     away
-        A point (3,) that the label should not cover.
+        A point, (3,), that the label should not cover.
     words
-        The text, by default the symbol.
+        The text; if '', the symbol is shown.
     """
 
     symbol: str
@@ -81,7 +83,13 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and labels of a frame. `unit` is the bone length that determines their size."""
+    """The parts and the labels of a frame.
+
+    Attributes
+    ----------
+    unit
+        The bone length that determines the size of the parts.
+    """
 
     unit: float
     parts: list[GizmoPart] = field(default_factory=list)
@@ -98,7 +106,7 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
-        """Add an arrow from `start` along the vector `way`. A short arrow gets a smaller head."""
+        """Add an arrow from `start` along the vector `way`. A short arrow has a smaller head."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
         head = min(_HEAD[0] * self.unit, 0.6 * size)
@@ -113,9 +121,9 @@ class Sketch:
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
-        """Add a transparent face between a centre and a rim (n, 3).
+        """Add a transparent face between a centre and an edge `rim` (n, 3).
 
-        `inner` is the fraction of the radius that is left empty.
+        `inner` is the share of the radius that stays empty.
         """
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
@@ -123,7 +131,7 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
-        """Add a small sphere, or only its wireframe if `hollow`."""
+        """Add a small sphere, or only its edges if `hollow` is True."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
         self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
@@ -147,16 +155,19 @@ def sketch(
 
     Parameters
     ----------
+    d
+        The quantities of the frame.
     q_parent
-        The global rotation of P, shape (4,).
+        The global rotation of the parent, (4,).
     parent, child
-        The positions of P and C, shape (3,).
+        The positions of the parent and the child, (3,) each.
     reach
-        The length at which v is drawn.
+        The length with which v, the direction of the child's bone, is drawn.
     least
-        The smallest bone length to draw, in the file's unit.
+        The smallest bone length to draw, in the unit of the file.
     staged
-        True if P's rotation is animated. Changes since the previous frame are then not drawn.
+        True if the parent's rotation is animated. Changes since the previous frame are then not
+        drawn.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)
@@ -168,7 +179,7 @@ def sketch(
 
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
-    """Return the quantities with undefined vectors set to zero, so that they are not drawn."""
+    """Return the quantities with undefined values set to zero, so that they are not drawn."""
     if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
     if staged or not d.dtheta_p_is_defined:
@@ -179,13 +190,14 @@ def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
 
 
 def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    above, unit = multiply(q_parent, conjugate(d.q)), out.unit  # global rotation of P's parent
+    # `above` is the global rotation of the joint above the parent
+    above, unit = multiply(q_parent, conjugate(d.q)), out.unit
     bone, normal = rotate(above, d.a), rotate(above, d.n)
     out.arrow("a", parent, 0.92 * unit * bone)
     out.mark("a", parent + 0.92 * unit * bone, parent)
     out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    # At 180°, all normals are equal, so no arrow is drawn.
+    # At a swing of 180°, any normal is possible, so no arrow is drawn.
     arrow = normal if d.n_is_defined else np.zeros(3)
     out.arrow("n", parent, 0.5 * unit * arrow)
     out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))
@@ -197,7 +209,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial of θp. Its hand is the direction of a mark on the bone.
+    """Add the dial of θp. Its hand points in the direction of a mark on the bone.
 
     The zero of the dial is the direction of this mark after the swing alone.
     """
@@ -249,7 +261,7 @@ def _azimuth(
 
 
 def fan(start: Array, axis: Array, angle: float) -> Array:
-    """Return an arc (_ARC + 1, 3): `start` turned in steps up to `angle` about an axis.
+    """Return an arc (_ARC + 1, 3): the vector `start`, turned about an axis in steps up to `angle`.
 
     The axis is perpendicular to `start`.
     """
@@ -257,6 +269,6 @@ def fan(start: Array, axis: Array, angle: float) -> Array:
 
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
-    """Return a vector (3,) turned by an angle about an axis perpendicular to it."""
+    """Return a vector (3,), turned by an angle about an axis perpendicular to the vector."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

@@ -1,4 +1,4 @@
-"""The same rotation in other forms: the twist first, −q, and the file's Euler angles."""
+"""The same rotation in other forms: with the twist first, as −q, and as the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from twistcore.analysis.decomposition import (
 )
 from twistcore.skeleton.rotation import wrap
 
-ROWS = ("order", "minus_q", "euler")  # names that a lesson may list
+ROWS = ("order", "minus_q", "euler")  # names of the rows, which a lesson may list
 _UNDEFINED = tr("undefined: w points opposite to a")
 _TIPS = {
     "order": tr(
@@ -43,9 +43,9 @@ _TIPS = {
 
 
 class OtherForms(QWidget):
-    """The section of the tab with other forms of the rotation.
+    """The section of the teaching tab with other forms of the parent's rotation.
 
-    The section is folded at first. It updates its numbers only while it is open.
+    The section is folded initially, and updates its numbers only while it is unfolded.
     """
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
@@ -103,7 +103,7 @@ class OtherForms(QWidget):
 
     @property
     def open(self) -> bool:
-        """True if the section is unfolded or some of its rows are listed."""
+        """True if the section is unfolded or if a lesson lists some of its rows."""
         return any(self._lists(name) for name in ROWS)
 
     def _lists(self, name: str) -> bool:
@@ -203,7 +203,7 @@ class OtherForms(QWidget):
 
 
 def _lock(found: EulerChannels) -> str:
-    """Return a note about gimbal lock if the first and last axis nearly coincide, or ''."""
+    """Return a note about gimbal lock if the first and the last axis nearly coincide, or ''."""
     first, middle, last = tuple(found.order)
     at = degree_text(float(wrap(found.angles[1])))
     apart = degree_text(found.between).removeprefix("+")

@@ -9,12 +9,12 @@ from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 from inspector.language import tr
 from inspector.widgets.labels import as_tip
 
-_ARROW = 8.0  # pixels, with some margin
+_ARROW = 8.0  # pixels, including a margin
 _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow. The button is checked while its section is open."""
+    """Bold text with an arrow. The button is checked while its section is unfolded."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -33,7 +33,7 @@ class SectionHead(QAbstractButton):
         return not self.isChecked()
 
     def set_text(self, text: str) -> None:
-        """Set the text, tooltip and accessible name."""
+        """Set the text, the tool tip and the accessible name."""
         if text != self.text():
             self.setText(text)
             self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
@@ -50,7 +50,7 @@ class SectionHead(QAbstractButton):
         return QSize(0, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the text, shortened if necessary, and the arrow if the heading is enabled."""
+        """Draw the text, shortened if necessary, and an arrow if the section can be folded."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         role = QPalette.ColorRole

@@ -1,4 +1,4 @@
-"""The animation of P's rotation: first the swing away from a, then the twist."""
+"""The animation of the parent's rotation: first the swing of the bone, then its twist."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import hbox, tool_button
 
 _GAP = 2  # pixels
-_STEPS = 100  # slider steps for a stage
-_END = 2.0  # the swing, then the twist
+_STEPS = 100  # steps of the slider for one stage
+_END = 2.0  # the last stage: the whole rotation
 _TICK_MS = 30
-_SECONDS = 1.6  # length of a stage at 1×
-_REST = 0.6  # seconds at the end before a repeat
+_SECONDS = 1.6  # seconds that a stage takes at the speed 1×
+_REST = 0.6  # seconds at the end before the animation repeats
 _SPEEDS = {"¼×": 0.25, "½×": 0.5, "1×": 1.0, "2×": 2.0}
 _PLAY, _PAUSE = "▶", "⏸"
 _TIP = tr(
@@ -25,12 +25,12 @@ _TIP = tr(
 
 
 class StagePlayer(QWidget):
-    """The controls of the animation: a play button, a slider, a speed and a loop button."""
+    """The controls of the animation: play button, slider, speed and loop button."""
 
     def __init__(self, taught: TaughtFrame) -> None:
         super().__init__()
         self._taught = taught
-        self._at: float | None = None  # the stage that this player has set
+        self._at: float | None = None  # the stage that this player has set; None for the whole pose
         self.play = tool_button(_PLAY, tr("Play the swing first, then the twist"))
         self.play.setAccessibleName(self.play.toolTip())
         self.slider = QSlider(Qt.Orientation.Horizontal)
@@ -67,20 +67,20 @@ class StagePlayer(QWidget):
         self._follow()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size without the label, because the tooltip repeats its text."""
+        """Return the minimum size without the label, whose text is also in the tool tip."""
         least, words = super().minimumSizeHint(), self._words
         gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
         return QSize(least.width() - gone, least.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the label if there is enough room for it."""
+        """Show the label only if there is enough room for it."""
         super().resizeEvent(event)
         wanted = self.minimumSizeHint().width() + self._words.sizeHint().width() + _GAP
         self._words.setVisible(self.width() >= wanted)
 
     @property
     def playing(self) -> bool:
-        """True while the animation runs."""
+        """True while the animation is running."""
         return self._timer.isActive()
 
     def _toggle(self) -> None:
@@ -101,7 +101,7 @@ class StagePlayer(QWidget):
     def _tick(self) -> None:
         passed = 1e-3 * self._clock.restart()
         at = self._taught.stage
-        if at is None:  # the animation pauses at the whole pose before it repeats
+        if at is None:  # the animation shows the whole pose for a moment before it repeats
             self._rest -= passed
             if self._rest <= 0.0:
                 self._set(0.0)
@@ -126,7 +126,7 @@ class StagePlayer(QWidget):
     def _follow(self) -> None:
         """Show the stage of the teaching tab on the slider.
 
-        Stop the animation if something else has set the stage or the tab is hidden.
+        If the tab is hidden or something else has set the stage, stop the animation.
         """
         stage = self._taught.stage
         if stage != self._at or not self._taught.active:

@@ -1,4 +1,4 @@
-"""The symbols of [Choi26 §3] in one table, used by the panel, the 3D view and the plots."""
+"""The table of the symbols of [Choi26 §3], used by the teaching tab, the 3D view and the plots."""
 
 from __future__ import annotations
 
@@ -10,10 +10,18 @@ from inspector.widgets.theme import Theme
 
 @dataclass(frozen=True)
 class Symbol:
-    """A quantity: its TeX, the family that determines its colour, and its meaning in words.
+    """A quantity of the paper.
 
-    `curves` lists the curves that show it, as the key of a plot and the prefix of the curves'
-    names.
+    Attributes
+    ----------
+    tex
+        The symbol as TeX.
+    family
+        The family of quantities, which determines the colour.
+    words
+        The meaning in words.
+    curves
+        The curves that show the quantity, as pairs (key of a plot, beginning of the curves' names).
     """
 
     tex: str
@@ -100,7 +108,7 @@ SYMBOLS = {
     ),
 }
 
-MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
+MARKS = SYMBOLS | {  # labels of Fig. 2 of the paper, shown only in 3D
     "P": Symbol("P", "bone", tr("the parent, whose rotation is split")),
     "C": Symbol("C", "bone", tr("the child")),
     "G": Symbol("G", "bone", tr("the grandchild, which shows the direction of the child")),
@@ -110,7 +118,8 @@ MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
     ),
 }
 
-_COLOURS = {  # keyed by family, for light and dark; contrast of at least 4.5:1 on every background
+# Keyed by family: colours in the light and the dark theme, with a contrast of at least 4.5:1
+_COLOURS = {
     "swing": ("#00696b", "#4ecdc4"),
     "twist": ("#a3195b", "#ff86b8"),
     "azimuth": ("#6b5300", "#e6c44c"),

@@ -1,6 +1,7 @@
-"""The state of the teaching tab: the frame's quantities, the what-if and the highlighted symbol.
+"""The state of the teaching tab: quantities of the frame, what-if values, highlighted symbol.
 
-A what-if is an edit of the displayed frame. It changes only the displayed pose, never the review.
+What-if values are an edit of the displayed frame. They change only the displayed pose, never the
+review.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
-_ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
+_ALONG = 1e-6  # tolerance for parallel vectors, in the unit of the file
 
 
 class FrameNumbers(NamedTuple):
@@ -40,14 +41,14 @@ class FrameNumbers(NamedTuple):
 
     frame: Decomposition
     correction: FrameCorrection
-    own: bool = False  # uses the selected interval's offset instead of the running sum
-    staged: bool = False  # the displayed pose is being animated
+    own: bool = False  # the selected interval's offset is used instead of the running sum
+    staged: bool = False  # the displayed pose is a stage of the animation
 
     @property
     def is_event(self) -> bool:
-        """True if the displayed pose passes the paper's test.
+        """True if the displayed pose passes the paper's test for an event.
 
-        The signs of the changes must be opposite, and m ≥ τ.
+        The changes must have opposite signs, and the strength m must be at least τ.
         """
         d, tau = self.frame, self.correction.tau
         return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
@@ -56,7 +57,7 @@ class FrameNumbers(NamedTuple):
 class TaughtFrame(QObject):
     """The frame that the teaching tab explains, and how the tab displays it."""
 
-    changed = Signal()  # the quantities changed, or the tab was shown or hidden
+    changed = Signal()  # the quantities have changed, or the tab was shown or hidden
     lit_changed = Signal()
     rows_changed = Signal()
 
@@ -66,8 +67,8 @@ class TaughtFrame(QObject):
         self.active = False
         self.what_if = WhatIf()
         self.lit = ""
-        self.rows: frozenset[str] = frozenset()  # symbols to list, empty for all
-        self.stage: float | None = None  # None is the whole pose; see `set_stage`
+        self.rows: frozenset[str] = frozenset()  # symbols whose rows are listed; empty for all
+        self.stage: float | None = None  # None for the whole pose; see `set_stage`
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
         self._numbers: FrameNumbers | None = None
@@ -81,18 +82,21 @@ class TaughtFrame(QObject):
 
     @property
     def chain(self) -> Chain | None:
-        """The selected chain, or None while a limb is selected."""
+        """The selected chain, or None if a limb is selected."""
         chain = selected_chain(self.document)
         return None if isinstance(chain, Limb) else chain
 
     @property
     def quantities(self) -> Decomposition | None:
-        """The quantities of Eq. 1 to 13 for the displayed pose, or None without a chain."""
+        """The quantities of equations 1 to 13 for the displayed pose, or None without a chain."""
         return None if (numbers := self.numbers) is None else numbers.frame
 
     @property
     def joints(self) -> dict[str, str]:
-        """The readable names of P, C and G, keyed by letter, or {} without a chain."""
+        """The names of parent, child and grandchild for display, keyed by 'P', 'C' and 'G'.
+
+        Without a chain, the result is {}.
+        """
         data, chain = self.document.data, self.chain
         if data is None or chain is None:
             return {}
@@ -125,7 +129,7 @@ class TaughtFrame(QObject):
     def interval(self) -> Judged | None:
         """The selected interval if it contains the frame, or None.
 
-        Also None in an edited frame.
+        In an edited frame, the result is also None.
         """
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
@@ -134,16 +138,16 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """Return the offset of `interval` at the frame in radians, or None without an interval.
+        """Return the offset of the selected interval at the frame in radians, or None without one.
 
-        Without it, the paper's running sum is used.
+        Without an interval, the paper's running sum is used.
         """
         if (judged := self.interval) is None:
             return None
         return float(judged.interval.offset[self.document.frame - judged.interval.start])
 
     def _running_offset(self, frame: int) -> float:
-        """Return offset(t) of the captured clip as in the paper, for the review's τ."""
+        """Return the paper's offset(t) of the captured clip at the review's τ, in radians."""
         assert self.document.data is not None
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
@@ -160,7 +164,7 @@ class TaughtFrame(QObject):
     def pose(self) -> tuple[Array, Array] | None:
         """Return the edited pose: global rotations (joints, 4) and positions (joints, 3).
 
-        Return None if the pose is as captured.
+        Returns None if the pose is as captured.
         """
         data, chain = self.document.data, self.chain
         numbers = self.numbers if self.what_if.changes or self.stage is not None else None
@@ -174,26 +178,26 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is visible. While it is hidden, the clip is shown unedited."""
+        """Set whether the tab is visible. While it is hidden, the clip is shown without edits."""
         if on != self.active:
             self.active = on
             self.changed.emit()
 
     def set_what_if(self, what_if: WhatIf) -> None:
-        """Edit the displayed frame with a what-if."""
+        """Set the what-if values of the displayed frame."""
         if what_if != self.what_if:
             self.what_if = what_if
             self._emit_changed()
 
     def alter(self, **change: Any) -> None:
-        """Change some fields of the current what-if."""
+        """Change some of the what-if values."""
         self.set_what_if(replace(self.what_if, **change))
 
     def set_stage(self, stage: float | None) -> None:
-        """Show a stage of P's rotation, or the whole pose if None.
+        """Show a stage of the parent's rotation; None shows the whole pose.
 
-        A stage from 0 to 1 is a share of the swing. From 1 to 2, it is the whole swing and a share
-        of the twist. The child joints follow.
+        A stage from 0 to 1 is a share of the swing. A stage from 1 to 2 is the whole swing and a
+        share of the twist. The joints below the parent follow.
         """
         if stage != self.stage:
             self.stage = stage
@@ -205,21 +209,21 @@ class TaughtFrame(QObject):
         self.set_what_if(WhatIf())
 
     def set_rows(self, symbols: Iterable[str]) -> None:
-        """Show only the rows of these symbols. An empty collection shows all rows."""
+        """List only the rows of these symbols. An empty collection lists all rows."""
         rows = frozenset(symbols)
         if rows != self.rows:
             self.rows = rows
             self.rows_changed.emit()
 
-    def light(self, symbol: str) -> None:
+    def highlight(self, symbol: str) -> None:
         """Highlight a symbol everywhere. If it is already highlighted, remove the highlight."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
-    def unlight(self) -> None:
+    def remove_highlight(self) -> None:
         """Remove the highlight of the symbol."""
         if self.lit:
-            self.light(self.lit)
+            self.highlight(self.lit)
 
     def _reset_all(self) -> None:
         self.what_if, self.stage = WhatIf(), None
@@ -236,7 +240,7 @@ def degree_text(angle: float) -> str:
 
 
 def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
-    """Return the names of P, C and G as in the file."""
+    """Return the names, in the file, of parent, child and grandchild, keyed by 'P', 'C' and 'G'."""
     names = skeleton.names
     names_shown = {"P": names[chain.parent], "C": names[chain.child]}
     if chain.grandchild >= 0:
@@ -247,7 +251,7 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return the reliability of an angle as text. `share` is in 0…1."""
+    """Return the reliability of an angle as text. `share` is the reliability, 0…1."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 

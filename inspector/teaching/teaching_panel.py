@@ -1,4 +1,4 @@
-"""The teaching tab: equations with their current values, and what-if sliders."""
+"""The teaching tab: equations with their current values, and sliders for what-if values."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from inspector.teaching.other_forms import OtherForms
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
-from inspector.teaching.what_if_values import plotted
+from inspector.teaching.what_if_values import what_if_angles
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
@@ -24,23 +24,23 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
 _EMPTY = tr("Open a clip and select a chain to see its swing, twist and azimuth here.")
-_FEW_ROWS = 110  # pixels, so that some equations are always visible
+_FEW_ROWS = 110  # pixels; some equations are always visible
 
 
 class TeachingPanel(QWidget):
     """The panel of the teaching tab. While it is visible, the 3D view shows the gizmo."""
 
-    least_width = Signal(int)  # pixels, known once the symbols are typeset
-    moved_far = Signal()  # a slider was released, and the limb may be out of view
+    least_width = Signal(int)  # in pixels, known when the symbols are typeset
+    moved_far = Signal()  # a slider was released, so that the limb may be out of view
 
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
-        """Set up the panel. It has buttons for `actions` at the top."""
+        """Set up the panel, with buttons for `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
-        self._size = QFontInfo(QApplication.font()).pixelSize()  # of the type
+        self._size = QFontInfo(QApplication.font()).pixelSize()  # font size in pixels
         self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
         self.title = Headline()
         self.equations = Equations(taught, self.typesetter, viewport.colours)
@@ -60,7 +60,7 @@ class TeachingPanel(QWidget):
         self.scroll_area.setWidget(self.listed)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        # If there is not enough room, the equations shrink; sliders and buttons keep their size.
+        # Without enough room, the equations shrink; sliders and buttons keep their sizes.
         policy = QSizePolicy.Policy
         self.scroll_area.setSizePolicy(policy.Expanding, policy.Ignored)
         self.scroll_area.setMinimumHeight(_FEW_ROWS)
@@ -68,7 +68,7 @@ class TeachingPanel(QWidget):
         self._rule.setFixedHeight(1)
         content = head, (self.scroll_area, 1), self._rule, self.what_if
         vbox(*content, owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.equations.clicked.connect(taught.light)
+        self.equations.clicked.connect(taught.highlight)
         for name in ("swing", "bend"):
             self.what_if.sliders[name].sliderReleased.connect(self.moved_far)
         taught.changed.connect(self.refresh)
@@ -80,7 +80,7 @@ class TeachingPanel(QWidget):
         viewport.colours.follow(self._colour)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the type of the equations; 1 is the normal size."""
+        """Scale the text of the equations; 1 is the normal size."""
         self._size = round(QFontInfo(QApplication.font()).pixelSize() * scale)
         self.equations.set_scale(scale)
         self._colour(self._viewport.theme)
@@ -98,12 +98,12 @@ class TeachingPanel(QWidget):
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()
-        self._timeline.show_what_if(plotted(self._taught))
+        self._timeline.show_what_if(what_if_angles(self._taught))
         self._retitled()
         self._invite()
 
     def _invite(self) -> None:
-        """Show the gizmo in the 3D view while the tab is in front, unless a limb is selected."""
+        """Show the gizmo in the 3D view while the tab is visible, unless a limb is selected."""
         if self._taught.active:
             whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
@@ -130,14 +130,14 @@ class TeachingPanel(QWidget):
     def _lit(self) -> None:
         lit = self._taught.lit
         self.equations.show_lit(lit)
-        self._timeline.light(SYMBOLS[lit].curves if lit and self._taught.active else ())
+        self._timeline.highlight(SYMBOLS[lit].curves if lit and self._taught.active else ())
         self._invite()
 
     def _typeset(self) -> None:
         if why := self.typesetter.trouble or self.typesetter.left_out:
             self._taught.document.message.emit(why, True)
         self.refresh()
-        # The widest row sets the minimum width of the tab.
+        # The widest row determines the minimum width of the tab.
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()
@@ -147,9 +147,9 @@ class TeachingPanel(QWidget):
         self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
-        """Activate or deactivate the tab, and load the typesetter on first use.
+        """Activate the tab, or deactivate it if `on` is False. Typeset the formulas on first use.
 
-        The dock calls this, because Qt sends no show or hide event to a tab that is hidden.
+        The dock calls this method, because Qt sends no show or hide event to a hidden tab.
         """
         if on == self._taught.active:
             return
@@ -159,14 +159,14 @@ class TeachingPanel(QWidget):
             self._viewport.focus_chain()
         else:
             self._viewport.invite(None)
-            self._timeline.light(())
-            # Restoring a layout hides the tab and immediately shows it again.
+            self._timeline.highlight(())
+            # When a layout is restored, the tab is hidden and immediately shown again.
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """End the what-if if another tab has come to the front.
+        """Discard the what-if values if another tab has come to the front.
 
-        The what-if remains if the window is only minimised.
+        If the window is only minimised, the what-if values remain.
         """
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

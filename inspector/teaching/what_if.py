@@ -21,7 +21,21 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """A slider: its label, its range in `unit`, its steps per unit, and its tooltip."""
+    """A slider.
+
+    Attributes
+    ----------
+    text
+        The label.
+    low, high
+        The range in `unit`.
+    tip
+        The tool tip.
+    unit
+        '°' or ' %'.
+    steps
+        The steps per unit.
+    """
 
     text: str
     low: int
@@ -31,12 +45,12 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position: in radians, or a share for a slider in %."""
+        """Return the value at a slider position: in radians, or as a share for per cent."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """Convert a value to the `unit` of the slider."""
+        """Return a value in the unit of the slider."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
@@ -76,26 +90,26 @@ def _shown(knob: _Knob, value: float) -> str:
 
 
 class SpokenSlider(QSlider):
-    """A slider whose value a screen reader reads with the unit, not only its position."""
+    """A slider whose value, with its unit, is read by screen readers."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
         self._value = ""
 
     def set_spoken(self, value: str) -> None:
-        """Set the value that a screen reader reads while the slider has the focus."""
+        """Set the text that a screen reader reads while the slider has the focus."""
         self._value = value
         if self.hasFocus():
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Make a screen reader read the value when the slider gets the focus."""
+        """Let a screen reader read the value when the slider gets the focus."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
 
 class WhatIfBox(QWidget):
-    """The sliders, the animation, and the buttons, with a sentence about the edited frame."""
+    """The sliders, the animation and the buttons, with a sentence about the edited frame."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()

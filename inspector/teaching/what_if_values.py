@@ -1,15 +1,15 @@
-"""The values of an edited frame, for display in the plots."""
+"""The angles of an edited frame, for display in the plots."""
 
 from __future__ import annotations
 
 from inspector.teaching.taught_frame import TaughtFrame
 
 
-def plotted(taught: TaughtFrame) -> dict[str, float]:
-    """Return the angles of a what-if in radians, keyed by the names of TwistSignals.
+def what_if_angles(taught: TaughtFrame) -> dict[str, float]:
+    """Return the angles of an edited frame in radians, keyed by the names of TwistSignals.
 
-    Undefined angles are left out. The result is empty during an animation, or if the frame is not
-    edited.
+    Undefined angles are left out. During an animation or if the frame is not edited, the result is
+    empty.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None
     if d is None or (taught.stage is not None and taught.stage < 2.0):

@@ -1,4 +1,4 @@
-"""One or two sentences about the frame of the teaching tab and its numbers."""
+"""Sentences about the frame that the teaching tab shows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may change a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """Return a text about the frame, and the colour role of this text in the theme."""
+    """Return a text about the frame, and the name of its colour in the theme."""
     d = numbers.frame
     if stage is not None:
         return _stage_sentence(d, stage), "soft"
@@ -30,16 +30,17 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return how much θp changes, in radians, if w tips sideways by 1° near a swing of 180°.
+    """Return the change of θp, in radians, if w tips sideways by 1° near a swing of 180°.
 
-    `alpha` is the angle of the swing in radians.
+    w is the direction of the parent's bone, and `alpha` is the angle of the swing in radians.
     """
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return how far v⊥ turns, in radians, if v tips sideways by 1° in a nearly straight limb.
+    """Return the rotation of v⊥, in radians, if v tips sideways by 1° in a nearly straight limb.
 
+    v is the direction of the child's bone, and v⊥ is its part perpendicular to the parent's bone.
     `reliability` is the reliability of the azimuth.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))

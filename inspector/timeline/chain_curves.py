@@ -19,12 +19,18 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 
 
 class ChainCurves(Curves):
-    """The curves of the chain that is selected in the document.
+    """The curves of a chain that is selected in the document.
 
-    - before, after: the chain's angles as captured and after correction
-    - centres: the usual values of θp and θc, in radians
-    - tracked: its angles after tracking, or None
-    - running: the offset(t) of the paper at the chain's τ, in radians, empty in an exercise
+    Attributes
+    ----------
+    before, after
+        The angles of the chain as captured and after correction.
+    centres
+        The usual values of θp and θc, in radians.
+    tracked
+        The angles after tracking, or None.
+    running
+        The function offset(t) of the paper at the chain's τ, in radians; empty in an exercise.
     """
 
     unreliable_words = tr("azimuth unreliable")
@@ -56,9 +62,9 @@ class ChainCurves(Curves):
         self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the values, with θc added if they contain Δθc.
+        """Return the values, with θc added if they include Δθc.
 
-        θc is its value at the previous frame plus the edited Δθc.
+        The added θc is θc at the previous frame plus the edited Δθc.
         """
         if "dtheta_c" not in values:
             return values

@@ -1,4 +1,4 @@
-"""The context menu of the plots. None of its entries deletes anything."""
+"""The context menu of the plots. No entry of the menu deletes anything."""
 
 from __future__ import annotations
 
@@ -26,8 +26,14 @@ def context_menu(
 ) -> QMenu:
     """Return the context menu for a point in a plot.
 
-    `judged` is the interval at that point, or None. `degrees` is the τ at the height of the point,
-    or 0 in plots without τ. `plots` are menu entries that show and hide plots.
+    Parameters
+    ----------
+    degrees
+        The τ at the height of the point, or 0 in plots without τ.
+    judged
+        The interval at the point, or None.
+    plots
+        Menu entries that show and hide plots, as (text, function).
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))

@@ -14,10 +14,10 @@ _NOTHING = np.zeros(0)
 
 
 class Line(pg.GraphicsObject):
-    """A line through points.
+    """A line through points. The caller must repaint the plot after a change.
 
-    The caller must repaint the plot after a change. pyqtgraph's curve has more features, but it
-    searches all points for its bounding box. This line uses the visible range as its bounding box.
+    The curve of pyqtgraph has more features, but searches all points for its bounding box. This
+    line uses the visible range as its bounding box.
     """
 
     def __init__(self, view: pg.ViewBox) -> None:
@@ -30,7 +30,7 @@ class Line(pg.GraphicsObject):
         view.sigRangeChanged.connect(lambda *_: self.prepareGeometryChange())
 
     def show_points(self, x: Array, y: Array) -> None:
-        """Set the points. `x` are frames and `y` heights, (points,) each; NaN breaks the line."""
+        """Set the points: frames `x` and heights `y`, (points,) each; NaN breaks the line."""
         self._points = x, y
         self._path = None
 

@@ -7,28 +7,30 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array, wrap
 
-RELIABLE = 0.2  # ‖v⊥‖/‖v‖ below which the azimuth is shaded
+# Least ‖v⊥‖/‖v‖ at which the azimuth is reliable; v is the child's bone, v⊥ its part perpendicular
+# to the parent's bone
+RELIABLE = 0.2
 _BINS, _BLUR = 72, np.radians(25.0)
-_MOVES = np.radians(90.0)  # a larger turn in a frame is a jump
+_MOVES = np.radians(90.0)  # a larger rotation between two frames is a jump
 
 
 def centre_of(angle: Array) -> float:
-    """Return the circular mean of an angle (frames,), in radians, or 0 without frames."""
+    """Return the circular mean of an angle (frames,) in radians, or 0 if there are no frames."""
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
 def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees within half a turn of `centre`, (frames,), and its seams.
 
-    A seam is a frame after which the angle wraps around, from one end of this range to the other.
+    A seam is a frame after which the angle wraps around from one end of this range to the other.
     Lines are broken at seams, but real jumps are drawn.
     """
     y = np.degrees(centre + wrap(angle - centre))
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
 
 
-def rarest(angle: Array) -> float:
-    """Return the angle in (−2π, 0], in radians, to which the given angles (n,) rarely come close.
+def rarest_angle(angle: Array) -> float:
+    """Return the angle in (−2π, 0], in radians, that the given angles (n,) rarely come close to.
 
     A line that is broken at this angle still shows jumps of half a turn.
     """
@@ -40,11 +42,11 @@ def rarest(angle: Array) -> float:
     return float((int(np.argmin(seen)) + 0.5) / _BINS * turn - np.pi) % turn - turn
 
 
-def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
+def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees, in the turn that begins at `seam`, (frames,), and its seams.
 
-    Seams are defined as in :func:`degrees_about`, but jumps of more than 90° are not seams, so they
-    are drawn.
+    Seams are defined as in :func:`degrees_about`, except that a jump of more than 90° is not a
+    seam, so that it is drawn.
     """
     y, _ = degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
@@ -56,9 +58,9 @@ def thinned(
 ) -> tuple[Array, Array]:
     """Return x and y of a line over the visible frames, with NaN at breaks.
 
-    `y` has a value per frame, NaN for a gap. If there are many more frames than pixels, the result
-    has only the lowest and the highest value at each pixel, ignoring NaN, so that short pieces
-    between gaps stay visible.
+    `y` has a value for each frame, NaN for a gap. If there are many more frames than pixels, the
+    result has only the lowest and the highest value at each pixel. NaN is ignored there, so that
+    short pieces between gaps stay visible.
     """
     start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
     step = (stop - start) // max(1, pixels)
@@ -70,12 +72,12 @@ def thinned(
             x = np.insert(x, here - start + 1, here + 0.5)
             out = np.insert(out, here - start + 1, np.nan)
         return x, out
-    start -= start % step  # bins do not move with the view, to avoid flicker
+    start -= start % step  # bins must not move with the view, which would flicker
     bins = -(-(stop - start) // step)
     block = y[start : start + bins * step]
     if len(block) < bins * step:
         block = np.concatenate([block, np.full(bins * step - len(block), np.nan)])
-    # A row has one frame of each pixel, so numpy compares whole rows, eight times as fast.
+    # Each row has one frame of every pixel, so that numpy compares whole rows: eight times as fast.
     block = np.ascontiguousarray(block.reshape(bins, step).T)
     ends = np.stack([np.fmin.reduce(block), np.fmax.reduce(block)], axis=1)
     at = (seams + 1 - start) // step

@@ -1,4 +1,4 @@
-"""The common base of the curves of chains and limbs, with number formats for titles."""
+"""The base class of the curves of chains and limbs, and number formats for titles."""
 
 from __future__ import annotations
 
@@ -13,19 +13,25 @@ from inspector.timeline.pane import Pane
 from inspector.widgets.signed_numbers import plain
 from twistcore.skeleton.rotation import Array, wrap
 
-Title = list[tuple[str, str]]  # text above a plot, as (text, colour role)
-_HEADROOM = 2.2  # smallest range of the strength plot, in units of τ
-SAME = 1e-6  # radians
+Title = list[tuple[str, str]]  # the text above a plot: pairs (text, name of a colour in the theme)
+_HEADROOM = 2.2  # smallest range of the strength plot, as a multiple of τ
+SAME = 1e-6  # radians; curves with a smaller difference are equal
 NOTHING: Array = np.zeros(0)
 
 
 class Curves(ABC):
     """The curves of the chain or limb that is selected in the document.
 
-    - strength: the signal that is compared with τ, in degrees, (frames,)
-    - unreliable: the spans of frames in which the angle is unreliable, (spans, 2)
-    - unreliable_words: the text that plots show in these spans
-    - unreliable_hint: the tooltip of these spans
+    Attributes
+    ----------
+    strength
+        The signal that is compared with τ, in degrees, (frames,).
+    unreliable
+        The spans of frames in which the angle is unreliable, (spans, 2).
+    unreliable_words
+        The text that plots show in these spans.
+    unreliable_hint
+        The tool tip of these spans.
     """
 
     unreliable_words: str
@@ -41,7 +47,7 @@ class Curves(ABC):
 
     @property
     def offset(self) -> Array:
-        """The offset that the review removes, radians, (frames,)."""
+        """The offset that the review removes, in radians, (frames,)."""
         return self.document.offset(self.document.chain)
 
     @abstractmethod
@@ -49,18 +55,24 @@ class Curves(ABC):
         """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return an edited frame's angles in radians, with the angles that depend on them added."""
+        """Return the edited angles of a frame, with the angles that depend on them added.
+
+        All angles are in radians, keyed by name.
+        """
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot, from 0 to the peak or to just above a higher τ."""
+        """Set the range of the strength plot.
+
+        The range goes from 0 to the peak or, if τ is higher than the peak, to just above τ.
+        """
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range to fit a curve, but never narrow it.
+        """Extend the range of a plot to include a curve. The range never shrinks.
 
         `least` is the smallest initial range in degrees.
         """
@@ -79,7 +91,7 @@ class Curves(ABC):
 
 
 def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a mask that also includes the frame on either side of every True frame."""
+    """Return a mask that also includes the frames next to every True frame."""
     wider = mask.copy()
     wider[1:] |= mask[:-1]
     wider[:-1] |= mask[1:]
@@ -87,7 +99,7 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def number(angle: Array, frame: int) -> str:
-    """Return an angle (radians) at a frame as text in degrees, for titles."""
+    """Return an angle (in radians) at a frame as text in degrees, for titles."""
     return in_degrees(float(np.degrees(wrap(angle[frame]))))
 
 

@@ -1,4 +1,4 @@
-"""Dots and rings in a plot at one frame."""
+"""Dots and rings in a plot, all at one frame."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 from inspector.timeline.layers import Layer, Scenery
 from inspector.timeline.pane import Pane
 
-_DOT, _RING = 4.0, 6.5  # radii in pixels; dot and ring at the same place are both visible
+_DOT, _RING = 4.0, 6.5  # radii in pixels; a dot and a ring at the same place are both visible
 
 
 class Dots(Layer):
-    """The dots of one plot at one frame.
+    """The dots and rings of one plot, all at one frame.
 
-    - frame: the frame of all dots
-    - dots: pairs of a dot's height in the plot's values, and True to draw a ring
-    - role: the colour role of the dots in the theme
+    Attributes
+    ----------
+    frame
+        The frame.
+    dots
+        Pairs of the height, in the plot's values, and True for a ring instead of a dot.
     """
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, role: str = "after") -> None:
@@ -28,7 +31,7 @@ class Dots(Layer):
         self.dots: list[tuple[float, bool]] = []
 
     def mark(self, pane: Pane) -> None:
-        """Repaint the strip of a pane in which the dots are."""
+        """Request a repaint of the part of a pane that contains the dots."""
         if self.dots:
             wide = 2.0 * _RING * self.scenery.scale
             strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())
@@ -37,7 +40,7 @@ class Dots(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Draw the visible dots with a rim in the background colour."""
+        """Draw the visible dots, each with a rim in the background colour."""
         low, high = self._view.viewRange()[1]
         theme = self.scenery.theme
         ink, paper = QColor(getattr(theme, self._role)), QColor(theme.surface)

@@ -1,4 +1,4 @@
-"""Mouse gestures in a plot: dragging, drawing an interval, clicking, zooming and panning."""
+"""Mouse gestures in a plot: drags, clicks, the context menu, zooming and panning."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
 
-_REACH = 6.0  # pixels on either side of an edge or the playhead
-_ZOOM = 1.25  # per notch of the wheel
-_PAN = 0.12  # of the visible range, per notch
+_REACH = 6.0  # distance in pixels at which the mouse grabs an edge or the playhead
+_ZOOM = 1.25  # zoom factor per notch of the wheel
+_PAN = 0.12  # share of the visible range by which a notch of the wheel pans
 
 
 class Part(Enum):
-    """The part of a plot under the cursor."""
+    """The part of a plot under the mouse pointer."""
 
     START = "start"
     STOP = "stop"
@@ -47,7 +47,7 @@ _CURSORS = {Part.EMPTY: Qt.CursorShape.CrossCursor, Part.BODY: Qt.CursorShape.Op
 
 @dataclass(frozen=True)
 class Hit:
-    """The part of a plot under the cursor, and the interval that it belongs to, if any."""
+    """The part of a plot under the mouse pointer, and the interval to which the part belongs."""
 
     part: Part
     judged: Judged | None = None
@@ -56,13 +56,19 @@ class Hit:
 class Gestures:
     """Translates the mouse events of all plots into changes of the document.
 
-    `plots` is a function that takes the key of a plot and returns additional menu entries.
-    `tau_plot` is the key of the plot that shows τ. While an edge is dragged or an interval is
-    drawn, the playhead follows the cursor, so that the 3D view shows that frame. Afterwards the
-    playhead returns to its old frame, or moves to the new interval.
+    While an edge is dragged or an interval is drawn, the playhead follows the mouse, so that the 3D
+    view shows that frame. Afterwards, the playhead returns to its old frame or moves to the new
+    interval.
+
+    Attributes
+    ----------
+    plots
+        A function that takes the key of a plot and returns additional menu entries.
+    tau_plot
+        The key of the plot that shows τ.
     """
 
-    draws = True  # a drag on empty space draws an interval
+    draws = True  # True if a drag on empty space draws an interval
 
     def __init__(
         self,
@@ -75,8 +81,13 @@ class Gestures:
     ) -> None:
         """Set up the gestures.
 
-        `refresh` applies pending changes, so that the mouse only grabs intervals that still exist.
-        `repaint` repaints the plots.
+        Parameters
+        ----------
+        refresh
+            A function that applies pending changes, so that the mouse grabs only intervals that
+            still exist.
+        repaint
+            A function that repaints the plots.
         """
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
@@ -99,7 +110,7 @@ class Gestures:
         """Return the part of the plot at `frame`. `pixel` is the number of frames per pixel.
 
         An edge takes precedence over the playhead, because selecting an interval moves the playhead
-        to its edge.
+        to the edge.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
@@ -132,7 +143,7 @@ class Gestures:
     def interval_at(self, frame: float) -> Judged | None:
         """Return the interval at `frame`, or None.
 
-        If there are several, this is the selected interval or else the shortest one.
+        If there are several, return the selected one or else the shortest one.
         """
         near = self._scenery.between(frame, frame)
         if not near:
@@ -157,7 +168,7 @@ class Gestures:
         if event.isStart():
             self._begin(view.frame_at(event.buttonDownPos()), view.viewPixelSize()[0])
         elif not self.dragging:
-            return  # its clip was closed
+            return  # the clip was closed during the drag
         height = event.pos().y()
         self._latest.ask(lambda: self._continue(view.key, frame, height))
         if event.isFinish():
@@ -166,7 +177,7 @@ class Gestures:
             self._end(self._band if moved else None)
 
     def _give_up(self) -> None:
-        """Cancel a drag because its clip was closed."""
+        """Cancel a drag because the clip was closed."""
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
         self._grabbed = self._band = self._scenery.drag_label = None
@@ -212,9 +223,10 @@ class Gestures:
         return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
-        """End a drag. `drawn` are the frames [start, stop) of a new interval, if one was drawn."""
+        """End a drag. `drawn` are the frames [start, stop) of a new interval, or None."""
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
-            self._document.go_to(self._home)  # during the drag, so without scrolling
+            # Before the drag ends, so that the plots do not scroll
+            self._document.go_to(self._home)
         self._grabbed = self._band = self._scenery.drag_label = None
         self.dragging = False
         self._repaint()
@@ -230,7 +242,7 @@ class Gestures:
         self._frames_set = frames
         if self._hit.part is Part.BODY:
             new = grabbed.with_offset(frames[0], grabbed.offset)
-        else:  # from the original interval, so that dragging back restores it
+        else:  # resize the original, so that dragging back restores it
             new = resized(grabbed, *frames)
         self._document.edit(judged.id, new, self._drag)
 
@@ -249,7 +261,7 @@ class Gestures:
     def click(self, view: TimeView, event: Any) -> None:
         """Select an interval or move the playhead.
 
-        On the strength plot, a click can also explain a peak or set τ.
+        In the strength plot, a click can also explain a peak or set τ.
         """
         if not self._document.frames:
             return
@@ -269,9 +281,9 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ outside all intervals, and explain why it is none.
+        """Go to a nearby peak above τ outside all intervals, and explain why it is not an interval.
 
-        Return False if there is no such peak.
+        Returns False if there is no such peak.
         """
         near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
         if near is None or (reason := reason_here(self._document, near)) is None:
@@ -281,7 +293,7 @@ class Gestures:
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
-        """Open and return the context menu for a point in a plot, without blocking."""
+        """Open and return the context menu for a point in a plot, without waiting for a choice."""
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
@@ -290,12 +302,12 @@ class Gestures:
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._document.opened.connect(menu.close)  # this position belongs to the old clip
+        self._document.opened.connect(menu.close)  # its position belongs to the clip that was open
         menu.popup(position)
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around `frame`, or pan. `notches` is the movement of the wheel."""
+        """Zoom in time around `frame`, or pan. `notches` is the rotation of the wheel."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))
@@ -304,7 +316,7 @@ class Gestures:
             self._visible.show(frame - (frame - first) * scale, frame + (last - frame) * scale)
 
     def hover(self, view: TimeView, event: Any) -> None:
-        """Set the cursor and the tooltip for the part under the mouse."""
+        """Set the cursor and the tool tip for the part under the mouse pointer."""
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
@@ -315,7 +327,7 @@ class Gestures:
         view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
-        """Return the tooltip for a point in a plot."""
+        """Return the tool tip for a point in a plot."""
         if judged is not None:
             i = judged.interval
             kind, decision = of_core(i.kind), of_core(judged.decision)

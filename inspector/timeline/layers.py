@@ -1,8 +1,8 @@
-"""Layers behind and in front of the curves: intervals, shading, playhead, titles.
+"""Layers behind and in front of the curves: intervals, shading, playhead and titles.
 
 Each layer is one graphics item per plot, and paints only the visible part, in pixels. Painting time
-therefore depends only on the number of visible intervals. One graphics item per interval would be
-slow with thousands of intervals.
+therefore depends only on the number of visible intervals. With one graphics item per interval,
+clips with thousands of intervals would be slow.
 """
 
 from __future__ import annotations
@@ -24,18 +24,26 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
-_WHOLE = 0.95  # visible share of the values above which the scroll mark is omitted
-_REMEMBERED = 8  # cached regions; all plots use the same one or two
+_WHOLE = 0.95  # visible share of the values above which there is no bar at the right edge
+_REMEMBERED = 8  # number of cached regions; all plots use the same one or two
 
 
 @dataclass(frozen=True)
 class DragLabel:
-    """The label next to the cursor during a drag.
+    """The label next to the mouse pointer during a drag.
 
-    - key: the key of the plot that shows the label
-    - frame: its horizontal position
-    - pixel: its distance from the plot's top
-    - band: the frames [start, stop) of an interval being drawn, shown in every plot
+    Attributes
+    ----------
+    key
+        The key of the plot that shows the label.
+    frame
+        The horizontal position.
+    pixel
+        The distance from the top of the plot.
+    words
+        The text.
+    band
+        The frames [start, stop) of an interval that is being drawn, which every plot shows.
     """
 
     key: str
@@ -47,23 +55,23 @@ class DragLabel:
 
 @dataclass
 class Scenery:
-    """The data of everything that the plots show except the curves.
+    """The data that the plots show, except the curves.
 
     The timeline sets the data, and the layers read them.
     """
 
     colours: Colours
-    scale: float = 1.0  # of text and lines, larger in a presentation
-    still: bool = False  # in a figure, where numbers do not change and need no fixed columns
-    title_lines: int = 1  # lines of text above every plot
+    scale: float = 1.0  # scale of text and lines, larger in a presentation
+    still: bool = False  # True in a figure, whose numbers do not change and need no fixed width
+    title_lines: int = 1  # lines of text above each plot
     frames: int = 0
     frame: int = 0
-    intervals: tuple[Judged, ...] = ()  # of the selected chain, sorted by start
+    intervals: tuple[Judged, ...] = ()  # intervals of the selected chain, sorted by start
     selected: int | None = None
     drag_label: DragLabel | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     unreliable_words: str = ""  # the text drawn in unreliable spans
-    unreliable_hint: str = ""  # the tooltip of unreliable spans
+    unreliable_hint: str = ""  # the tool tip of unreliable spans
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
@@ -75,12 +83,12 @@ class Scenery:
 
     @property
     def title_height(self) -> float:
-        """The height of a plot's title in pixels."""
+        """The height, in pixels, of the title of a plot."""
         return self.line_height * self.title_lines
 
     @property
     def line_height(self) -> float:
-        """The height of a line of the title in pixels."""
+        """The height, in pixels, of a line of the title."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
@@ -97,14 +105,14 @@ class Scenery:
         self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
 
     def between(self, first: float, last: float) -> list[Judged]:
-        """Return the intervals that overlap a range of frames, with the selected interval last."""
+        """Return the intervals that overlap a range of frames, the selected interval last."""
         seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
 
     def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
-        """Return the ends of an interval as drawn, in frames.
+        """Return the start and the end of an interval as drawn, in frames.
 
         Short intervals are drawn wider than they are. `pixel` is the number of frames per pixel.
         """
@@ -113,9 +121,10 @@ class Scenery:
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions to paint for a range of frames. `width` is the plot's width in pixels.
+        """Return the regions to paint in a range of frames.
 
-        The regions are cached, because all plots use the same ones.
+        `width` is the width of the plot in pixels. The regions are cached, because all plots have
+        the same regions.
         """
         key = (first, last, width, self.selected)
         if key not in self._regions:
@@ -130,7 +139,7 @@ class Layer(QGraphicsItem):
     """A graphics item that covers a view and paints in pixel coordinates."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, z: float) -> None:
-        # Not a child of the view, which clips its children to a path and makes fills slow.
+        # The parent is not the view, which clips its children to a path and makes fills slow.
         super().__init__(view.parentItem())
         self._view = view
         self.scenery = scenery
@@ -144,11 +153,11 @@ class Layer(QGraphicsItem):
         self.setPos(self._view.pos())
 
     def boundingRect(self) -> QRectF:
-        """Return the rectangle of the view, because this item covers the view."""
+        """Return the rectangle of the view, which this item covers."""
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Return the horizontal pixel of a frame. The frame may have a fraction."""
+        """Return the horizontal pixel of a frame, which may have a fraction."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
@@ -196,9 +205,14 @@ class BackLayer(Layer):
 class FrontLayer(Layer):
     """The layer in front of the curves: playhead, drag label, title and axis labels.
 
-    - title: the title as pairs (text, colour role)
-    - values, time: the labels of the left and the bottom axis
-    - tau: the position of the τ line in the plot's values, and its label
+    Attributes
+    ----------
+    title
+        The title as pairs (text, name of a colour in the theme).
+    values, time
+        The labels of the left and the bottom axis.
+    tau
+        The position of the τ line in the values of the plot, and its label; or None.
     """
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
@@ -216,7 +230,10 @@ class FrontLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint everything in front of the curves; title and axis labels only if exposed."""
+        """Paint everything in front of the curves.
+
+        The title and the axis labels are painted only if their area is exposed.
+        """
         painter.save()
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
@@ -286,15 +303,15 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
             painter.restore()
         if self.time:
-            # At the same height as the numbers.
+            # at the same height as the numbers
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
     def _label_space(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Return the top and bottom of the space for the left axis label.
+        """Return the top and the bottom of the space for the label of the left axis.
 
-        `edge` is the label's right edge. If it would overlap the τ label, this is the larger of the
-        spaces above and below the τ label.
+        `edge` is the right edge of the label. If the label would overlap the τ label, return the
+        larger one of the spaces above and below the τ label.
         """
         tall, box = self._view.height(), self._tau_box(metrics)
         if box is None or box.left() >= edge:
@@ -326,7 +343,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the title, broken into lines in a figure."""
+        """Return the title in lines: one line in the window, as many as needed in a figure."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -6,20 +6,28 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.session.document import Document
-from inspector.timeline.curve_values import rarest, unreliable_spans
+from inspector.timeline.curve_values import rarest_angle, unreliable_spans
 from inspector.timeline.curves import Curves
 from twistcore.detection.limb_flips import BENT
 from twistcore.skeleton.limb import Limb
 
 
 class LimbCurves(Curves):
-    """The curves of the limb that is selected in the document.
+    """The curves of a limb that is selected in the document.
 
-    - swivel: the swivel as captured
-    - after: the swivel after correction
-    - height: the middle joint's distance from the line between the limb's ends, in per cent
-    - departures: the jumps of the swivel that remain after correction, in radians
-    - seam: the angle at which the lines of the swivel are broken
+    Attributes
+    ----------
+    swivel
+        The swivel as captured.
+    after
+        The swivel after correction.
+    height
+        The distance of the middle joint from the line between the limb's ends, in per cent of the
+        limb's length.
+    departures
+        The jumps of the swivel that remain after correction, in radians.
+    seam
+        The angle at which the lines of the swivel are broken.
     """
 
     unreliable_words = tr("φ unreliable")
@@ -35,12 +43,12 @@ class LimbCurves(Curves):
         self.height = 100.0 * flips.swivel.height
         self.departures = flips.departures
         self.after = flips.swivel.angle
-        # Break lines at an angle that is rare with and without flips, so that jumps stay complete.
+        # Break lines at an angle that is rare with and without flips, so that jumps stay whole.
         usual = document.detector.intervals(limb.name, document.detector.automatic_tau(limb.name))
         expected = flips.swivel.angle.copy()
         for flip in usual:
             expected[flip.start : flip.stop] -= flip.offset
-        self.seam = rarest(np.concatenate([flips.swivel.angle, expected]))
+        self.seam = rarest_angle(np.concatenate([flips.swivel.angle, expected]))
 
     def follow_review(self) -> None:
         """Update the values after correction from the review's intervals."""

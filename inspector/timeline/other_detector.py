@@ -20,16 +20,16 @@ from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 from twistcore.skeleton.helper import Helper
 
-_HEADROOM = 2.2  # smallest range of the plot, in units of τ
+_HEADROOM = 2.2  # smallest range of the plot, as a multiple of τ
 
 
-class Onlooker(Gestures):
-    """Mouse gestures for a read-only plot: scrolling and zooming."""
+class ReadOnlyGestures(Gestures):
+    """Mouse gestures for a read-only plot: panning, zooming and moving the playhead."""
 
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead if it is at `frame`, or empty space."""
+        """Return the playhead if it is at `frame`, else empty space."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
@@ -37,7 +37,7 @@ class Onlooker(Gestures):
 class OtherDetector(Pane):
     """A plot of the selected chain with another detector at its automatic τ.
 
-    The analysis runs in the background, and starts when the plot is first shown.
+    The analysis runs in the background. It starts when the plot is first shown.
     """
 
     def __init__(self, document: Document, colours: Colours, parent: QWidget | None = None) -> None:
@@ -47,7 +47,7 @@ class OtherDetector(Pane):
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
         self._clip: ClipAnalysis | None = None  # the clip being analysed
-        self._used = ["", ""]  # the current detector, and the previous one
+        self._used = ["", ""]  # the current detector, and the previous one or ''
         self._task = OneTask(self)
         self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector to show: the previous one, or else any other than the current one."""
+        """The detector to show: the previous one, or any detector other than the current one."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,22 +68,22 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The other detector's intervals of the chain; empty during the analysis."""
+        """The intervals of the chain that the other detector finds; empty during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:
         colour_tau(self._line, theme)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the plot at the old and the new position of the playhead, in frames."""
+        """Repaint the plot at the old and the new frame of the playhead."""
         self.scenery.frame = after
         super().move_playhead(before, after)
 
     def refresh(self) -> None:
-        """Show the selected chain. If the clip is not yet analysed, start the analysis."""
+        """Show the selected chain. If the clip has not been analysed yet, start the analysis."""
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
-            return  # limb flips have only one detector
+            return  # there is only one detector for limb flips
         if isinstance(self._document.find_chain(self._document.chain), Helper):
             self.forget()
             self.show_title([(tr("There is only one detector for twist bones"), "soft")])
@@ -123,7 +123,7 @@ class OtherDetector(Pane):
         self.refresh()
 
     def forget(self) -> None:
-        """Discard the data of the clip and cancel a running analysis."""
+        """Discard the data of the clip, and cancel a running analysis."""
         self._task.cancel()
         self._clip = None
         self.scenery.set_intervals(())

@@ -15,17 +15,17 @@ from inspector.widgets.theme import Colours, mixed
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26
-_SELECTED_SHARE = 0.46  # share of the strip's height for the selected chain
+_SELECTED_SHARE = 0.46  # share of the strip's height for the row of the selected chain
 _EDGE = 3.0
-_NEAR = 4.0  # pixels within which the mouse hits a part
+_NEAR = 4.0  # pixels within which the mouse grabs a part
 
 
 class _Grip(Enum):
-    """The part of the overview that the mouse drags."""
+    """The part of the overview that the mouse grabs."""
 
     PLAYHEAD = "playhead"
-    WINDOW = "window"  # the visible range of the plots
-    FIRST = "first"  # the ends of the visible range
+    WINDOW = "window"  # the whole visible range of the plots
+    FIRST = "first"  # an end of the visible range
     LAST = "last"
 
 
@@ -38,15 +38,16 @@ _CURSORS = {
 
 
 class OverviewStrip(QWidget):
-    """A strip with a mark for every interval.
+    """A strip with a mark for each interval.
 
-    The mark of an accepted interval has the full height of its row, an undecided one fills the
-    lower part, and a rejected one is a thin line.
+    The mark of an accepted interval has the full height of its row. The mark of an undecided
+    interval fills the lower part, and the mark of a rejected interval is a thin line.
     """
 
-    moved = Signal(int)  # the playhead was dragged to a frame
-    clicked = Signal(int, object)  # a click at a frame, on an interval or None
-    ranged = Signal(float, float)  # the visible range was dragged
+    moved = Signal(int)  # with the frame to which the playhead was dragged
+    clicked = Signal(int, object)  # with the clicked frame, and the interval there or None
+    # With the first and the last frame to which the visible range was dragged
+    ranged = Signal(float, float)
     dropped = Signal()  # a drag has ended
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
@@ -60,7 +61,7 @@ class OverviewStrip(QWidget):
         self._frame = 0
         self._view = (0.0, 0.0)
         self._pressed: _Grip | None = None
-        self._from = (0.0, 0.0, 0.0)  # pixel and range where a drag began
+        self._from = (0.0, 0.0, 0.0)  # pixel and visible range at the start of a drag
         self._dragged = False
         self.setMouseTracking(True)
         self._marks: QPixmap | None = None
@@ -89,14 +90,25 @@ class OverviewStrip(QWidget):
     ) -> None:
         """Show all intervals of a clip.
 
-        `chain` is the name of the selected chain. `selected` is the id of the selected interval.
+        Parameters
+        ----------
+        frames
+            The number of frames.
+        chains
+            The names of all listed chains.
+        chain
+            The name of the selected chain.
+        intervals
+            The intervals of all chains.
+        selected
+            The id of the selected interval, or None.
         """
         self._frames, self._chains, self._chain = frames, chains, chain
         self._intervals, self._selected = intervals, selected
         self._redraw()
 
     def show_frame(self, frame: int) -> None:
-        """Move the playhead to a frame, and repaint only where it was and is."""
+        """Move the playhead to a frame, and repaint only its old and its new position."""
         for at in (self._frame, frame):
             self.update(round(self._x(at)) - 5, 0, 11, self.height())
         self._frame = frame
@@ -123,9 +135,9 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Return the top and height of every chain's row.
+        """Return the top and the height of each chain's row.
 
-        The selected chain has the tallest row.
+        The row of the selected chain is the tallest.
         """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
@@ -165,7 +177,7 @@ class OverviewStrip(QWidget):
         """Return an image of all marks.
 
         The marks of all chains except the selected one are cached, because a change of τ affects
-        only one chain.
+        only the selected chain.
         """
         rows = self._rows()
         others = [j for j in self._intervals if j.interval.chain != self._chain]
@@ -213,7 +225,7 @@ class OverviewStrip(QWidget):
             width = max(2.0, self._x(judged.interval.stop - 0.5) - left)
             key = (judged.interval.chain, round(left), round(width), judged.decision)
             if key in seen and judged.id != self._selected:
-                continue  # many intervals share a pixel
+                continue  # another mark is already drawn at these pixels
             seen.add(key)
             top, height = rows[judged.interval.chain]
             self._paint_mark(painter, judged, QRectF(left, top, width, height))
@@ -243,7 +255,7 @@ class OverviewStrip(QWidget):
         left = max(0.0, self._x(max(self._view[0], -0.5)))
         right = min(float(self.width()), self._x(min(self._view[1], self._frames - 0.5)))
         if self._shows_all():
-            return  # all is visible, so no frame is needed
+            return  # everything is visible, so no range is marked
         veil = QColor(self._colours.theme.window)
         veil.setAlpha(150)
         painter.fillRect(QRectF(0, 0, left, self.height()), veil)
@@ -256,7 +268,7 @@ class OverviewStrip(QWidget):
     def interval_at(self, at: QPointF) -> Judged | None:
         """Return the interval at a point of the strip, or None.
 
-        If there are several, this is the one whose row is nearest.
+        If there are several, return the one whose row is nearest.
         """
         rows = self._rows()
         found: list[tuple[float, float, Judged]] = []
@@ -271,7 +283,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag would move if it began at the pixel `x`."""
+        """Return the part that a drag would move if it began at the horizontal pixel `x`."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)
@@ -281,7 +293,7 @@ class OverviewStrip(QWidget):
         return _Grip.WINDOW if left < x < right else _Grip.PLAYHEAD
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start to drag the part of the strip under the mouse."""
+        """Begin to drag the part of the strip under the mouse."""
         if event.button() == Qt.MouseButton.LeftButton and self._frames:
             x = event.position().x()
             self._pressed, self._from, self._dragged = self._grip_at(x), (x, *self._view), False
@@ -310,7 +322,7 @@ class OverviewStrip(QWidget):
         self.ranged.emit(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End a drag. If the mouse was not moved, handle a click."""
+        """End a drag. If the mouse has not moved, handle a click."""
         if event.button() != Qt.MouseButton.LeftButton or self._pressed is None:
             return
         self._pressed = None

@@ -1,4 +1,4 @@
-"""A plot of the timeline: axes, curves and layers."""
+"""A pane: a plot of the timeline with axes, curves and layers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ from twistcore.skeleton.rotation import Array
 AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17
 _RIGHT_MARGIN = 8
-_HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True with glyphs
+# Free share of the height above the curves; the key is True for a plot with glyphs
+_HEADROOM = {True: 0.14, False: 0.07}
 _SMOOTH = 4_000  # maximum number of visible frames with antialiased lines
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
@@ -32,18 +33,18 @@ _LIT_WIDTH = 3.0
 
 @dataclass(frozen=True)
 class CurveStyle:
-    """The style of a curve. `role` is its colour role in the theme."""
+    """The style of a curve. `role` is the name of its colour in the theme."""
 
     name: str
     role: str
     dashed: bool = False
 
 
-TRACKED = (  # of θp and θc
+TRACKED = (  # the curves of θc and θp after tracking
     CurveStyle("c_tracked", "tracked", dashed=True),
     CurveStyle("p_tracked", "tracked"),
 )
-BEFORE_AND_AFTER = (  # of θp and θc
+BEFORE_AND_AFTER = (  # the curves of θc and θp before and after correction
     CurveStyle("c_before", "before", dashed=True),
     CurveStyle("c_after", "after", dashed=True),
     CurveStyle("p_before", "before"),
@@ -54,8 +55,8 @@ BEFORE_AND_AFTER = (  # of θp and θc
 class Pane(Canvas):
     """A plot with curves. The timeline sets the values of the curves."""
 
-    enlarged = Signal()  # show this plot alone, or all again
-    least_part = 10.0  # least range of a part of the values
+    enlarged = Signal()  # show only this pane, or all panes again
+    least_part = 10.0  # smallest range of values if only a part of the values is shown
 
     def __init__(
         self,
@@ -98,13 +99,13 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Update content that the timeline does not set. Subclasses override this."""
+        """Update content that the timeline does not set. Some subclasses override this method."""
 
     def forget(self) -> None:
-        """Discard all data of the clip, after a change of the clip or the detector."""
+        """Discard all data of the clip, after the clip or the detector has changed."""
 
     def set_scale(self) -> None:
-        """Apply the scenery's scale to text and lines."""
+        """Apply the scenery's scale to the text and the lines."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.type_scale = scale
@@ -116,19 +117,19 @@ class Pane(Canvas):
     def colour(self) -> None:
         """Apply the scenery's colours."""
         theme = self.scenery.theme
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self._zero.setPen(pg.mkPen(theme.line))
         self._set_pens()
         self.touch()
 
     def show_title(self, title: list[tuple[str, str]]) -> None:
-        """Show a title, given as pairs (text, colour role)."""
+        """Show a title, given as pairs (text, name of a colour in the theme)."""
         if title != self.front.title:
             self.front.title = title
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """Show the label of the τ line at the axis. `place` is its height in the plot's values."""
+        """Show the label of the τ line at the axis. `place` is a height in the plot's values."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -140,7 +141,7 @@ class Pane(Canvas):
         return math.ceil(self.scenery.title_height)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the plot at the old and the new position of the playhead, in frames."""
+        """Repaint the plot at the old and the new frame of the playhead."""
         for frame in (before, after):
             part = QRectF(self.front.place(frame) - 3.0, 0.0, 6.0, self.view.height())
             self.viewport().update(part.translated(self.view.scenePos()).toAlignedRect())
@@ -156,7 +157,7 @@ class Pane(Canvas):
             curve = self.curves[style.name]
             curve.pen, curve.smooth = pen, self._smooth
 
-    def light(self, first: str | None) -> None:
+    def highlight(self, first: str | None) -> None:
         """Highlight the curves whose names begin with `first`. None removes the highlight."""
         if first != self._lit:
             self._lit = first
@@ -166,7 +167,7 @@ class Pane(Canvas):
     def look_like(self, other: Pane) -> None:
         """Use the value range and the highlighted curves of another pane."""
         self.time.look_like(other.time)
-        self.light(other._lit)
+        self.highlight(other._lit)
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Set the values of a curve in degrees, (frames,), with NaN for gaps.
@@ -179,7 +180,7 @@ class Pane(Canvas):
     def _thin(self, name: str) -> None:
         """Set the points of a curve's line from its values in the visible frames.
 
-        pyqtgraph's own downsampling is not used because it would drop points next to gaps.
+        The downsampling of pyqtgraph is not used, because it drops points next to gaps.
         """
         y, seams = self.values[name]
         first, last = self.view.viewRange()[0]
@@ -190,7 +191,7 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Show a range of values in degrees, with a margin. 0 is shown near the bottom."""
+        """Show a range of values in degrees, with a margin. If `low` is 0, it is at the bottom."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -199,14 +200,14 @@ class Pane(Canvas):
         self.touch()
 
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
-        """Fit the value axis to the values between two frames, instead of to all values.
+        """Fit the value axis to the values between two frames instead of to all values.
 
-        With `grow`, the visible range of values is only extended, and does not change if it already
-        contains all values.
+        If `grow` is True, the visible range is only extended, and stays the same if it contains all
+        these values.
         """
         part = self.time.part
         if self.root or (grow and part is None):
-            return  # the root scale shows small values anyway
+            return  # a square-root scale shows small values anyway
         frames = slice(max(0, math.ceil(first)), max(0, math.floor(last) + 1))
         seen = np.concatenate([y[frames] for y, _ in self.values.values()] or [np.zeros(0)])
         seen = seen[np.isfinite(seen)]
@@ -233,7 +234,7 @@ class Pane(Canvas):
             self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
-        """Show or hide the frame numbers. Only the lowest plot of a column shows them."""
+        """Show or hide the frame numbers, which only the lowest plot of a column shows."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
@@ -256,6 +257,6 @@ class Pane(Canvas):
         super().mouseDoubleClickEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Remove the tooltip when the mouse leaves the plot."""
+        """Remove the tool tip when the mouse leaves the plot."""
         self.view.setToolTip("")
         super().leaveEvent(event)

@@ -1,4 +1,4 @@
-"""The grid of panes, in several columns if one would be too high."""
+"""A grid of panes, which has several columns if one column would be too high."""
 
 from __future__ import annotations
 
@@ -12,35 +12,36 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
-_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
-_NARROW = 280  # minimum width of two panes in pixels, if two columns do not fit
+_ROW, _COLUMN = 88, 440  # height and width, in pixels, that a pane needs to be readable
+_NARROW = 280  # width, in pixels, of each of two panes if there is no room for two normal columns
 
 
 class PaneGrid(QStackedWidget):
-    """The panes from top to bottom, or a hint instead of them.
+    """The panes from top to bottom, or a hint instead of the panes.
 
-    `shown` has the keys of the visible panes: as many as fit of the panes that the user has chosen
-    and that apply to the selection, or a single enlarged pane.
+    Attributes
+    ----------
+    shown
+        The keys of the visible panes. These are as many as fit of the panes that the user has
+        chosen and that apply to the selection, or a single enlarged pane.
     """
 
-    arranged = Signal()  # the set or the position of visible panes has changed
+    arranged = Signal()  # other panes are visible, or a pane has moved
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """Set up the grid.
-
-        `plots` has the descriptions of the panes, with the same keys as `panes`.
-        """
+        """Set up the grid. `plots` has the descriptions of the panes, with the keys of `panes`."""
         super().__init__(parent)
         self._panes, self._plots = panes, plots
         self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
-        self._kept = sorted(plots, key=lambda key: plots[key].priority)  # by priority
+        # keys of the panes, the most important first
+        self._kept = sorted(plots, key=lambda key: plots[key].priority)
         self._applicable = frozenset(panes)
         self._alone = ""
         self.shown: list[str] = []
         self._columns = 0
-        self._announced: list[str] = []  # chosen panes at the last signal
+        self._announced: list[str] = []  # keys of the chosen panes when `arranged` was last emitted
         page = QWidget(self)
         self._grid = QGridLayout(page)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -69,9 +70,9 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the chosen panes that apply to the selection. `applicable` are their keys.
+        """Show the chosen panes that apply to the selection, and remove the hint.
 
-        This also removes the hint.
+        `applicable` are the keys of the panes that apply.
         """
         self._applicable = frozenset(applicable)
         self.arrange()
@@ -84,14 +85,14 @@ class PaneGrid(QStackedWidget):
         self.arrange()
 
     def enlarge(self, key: str = "") -> None:
-        """Enlarge one pane, by default the one under the mouse, or show all panes again."""
+        """Enlarge a pane, by default the one under the mouse. If a pane is enlarged, show all."""
         under = (k for k in self.shown if self._panes[k].underMouse())
         chosen = key or next(under, next((k for k in self._kept if k in self.shown), ""))
         self._alone = "" if self.alone else chosen
         self.arrange()
 
     def height_for(self, width: float) -> float:
-        """Return the height in pixels that all chosen panes need at a width."""
+        """Return the height, in pixels, that all chosen panes need at a width in pixels."""
         count = 1 if self.alone else len(self.chosen)
         return _ROW * float(-(-count // max(1, int(width / _COLUMN))))
 
@@ -103,7 +104,7 @@ class PaneGrid(QStackedWidget):
     def arrange(self) -> None:
         """Arrange the panes in as few columns as the height allows.
 
-        If the width is too small for these columns, show fewer panes.
+        If there is no room for so many columns, fewer panes are shown.
         """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
@@ -129,7 +130,8 @@ class PaneGrid(QStackedWidget):
         rest = self.shown
         rows = -(-len(rest) // self._columns)
         for column in range(self._columns):
-            # An odd pane is on the right, so that the detectors stay together.
+            # With an odd number, the pane in a row of its own is on the right, so that the
+            # detectors stay next to each other.
             count = len(rest) // (self._columns - column)
             for row, key in enumerate(rest[:count]):
                 last = row == count - 1

@@ -1,7 +1,7 @@
 """The description of a pane: its texts, its position and its drawing functions.
 
-A pane is an object of :class:`Plot`, named `plot`, in its own file in `panes/`. All files in that
-folder are found automatically.
+Each pane is an object of :class:`Plot`, stored in the variable `plot` of its own file in `panes/`.
+All files in that folder are found automatically.
 """
 
 from __future__ import annotations
@@ -31,27 +31,52 @@ def _in_degrees(_: Curves, __: str, angle: float) -> float:
 class Plot:
     """A pane of the timeline.
 
-    - title: the name in the menu of plots and for screen readers
-    - place: the position; panes with smaller numbers are higher
-    - weight: the share of the height that the pane gets
-    - priority: panes with smaller numbers stay visible longer if there is too little room
-    - axis: returns the label of the left axis, or '' if the pane does not suit the selection
-    - draw: draws the curves that depend on decisions
-    - draw_clip: draws the curves that do not depend on decisions
-    - describe: returns the title at a frame
-    - height: returns the height at which to draw an edited angle, in degrees
-    - at_first: True if the pane is visible by default
-    - styles: the styles of its curves
-    - root: True to draw degrees on a square-root scale
-    - shade: True to shade frames in which the angle is unreliable
-    - glyphs: True to draw the symbols of decisions on the intervals
-    - unit: the unit shown after the numbers of the axis
-    - dots: what-if values to draw as dots, as (name, symbol, True for a ring)
-    - takes_tau: True if the pane shows the τ line
-    - no_limb: the message to show if a limb is selected and the pane cannot show limbs
-    - gestures: the class of its mouse gestures
-    - in_exercise: True to show the pane in an exercise, because it does not reveal the errors
-    - build: builds the widget, by default an empty pane with these styles
+    Attributes
+    ----------
+    key
+        The name of the file.
+    title
+        The name in the menu of plots and for screen readers.
+    place
+        The position; panes with smaller numbers are higher.
+    weight
+        The share of the height that the pane gets.
+    priority
+        If there is too little room, panes with smaller numbers stay visible longer.
+    axis
+        Returns the label of the left axis, or '' if the pane does not apply to the selection.
+    draw
+        Draws the curves that depend on decisions.
+    draw_clip
+        Draws the curves that do not depend on decisions.
+    describe
+        Returns the title at a frame.
+    height
+        Returns the height, in degrees, at which to draw an edited angle.
+    at_first
+        True if the pane is visible by default.
+    styles
+        The styles of the curves.
+    root
+        True to draw degrees on a square-root scale.
+    shade
+        True to shade frames in which the angle is unreliable.
+    glyphs
+        True to draw the symbols of decisions on the intervals.
+    unit
+        The unit after the numbers of the axis.
+    dots
+        The what-if values that are drawn as dots, as (name, symbol, True for a ring).
+    takes_tau
+        True if the pane shows the τ line.
+    no_limb
+        The message to show if a limb is selected and the pane cannot show limbs.
+    gestures
+        The class of the mouse gestures.
+    in_exercise
+        True to show the pane in an exercise, because it does not reveal the errors.
+    build
+        Builds the widget. By default, the widget is an empty pane with these styles.
     """
 
     key: str
@@ -95,7 +120,7 @@ class Plot:
 
 @cache
 def plots() -> Mapping[str, Plot]:
-    """Return every pane of the folder `panes`, keyed by file name, from top to bottom."""
+    """Return every pane in the folder `panes`, keyed by file name, from top to bottom."""
     names = [found.name for found in pkgutil.iter_modules(panes.__path__)]
     every: list[Plot] = [import_module(f"{panes.__name__}.{name}").plot for name in names]
     return {plot.key: plot for plot in sorted(every, key=lambda plot: plot.place)}

@@ -14,8 +14,8 @@ from inspector.widgets.theme import Theme, mixed
 from twistcore.review import Decision, Judged
 from twistcore.skeleton.rotation import Array
 
-_CROWDED = 4  # with fewer pixels per region, borders and glyphs are omitted
-_GLYPH_ROOM = 11  # pixels
+_CROWDED = 4  # with fewer pixels per region, borders and symbols are omitted
+_GLYPH_ROOM = 11  # pixels that a symbol needs
 LEAST = 8  # minimum width of a region in pixels, so that the mouse can grab it
 _GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
 _BORDERS = {
@@ -24,12 +24,20 @@ _BORDERS = {
     Decision.UNDECIDED: Qt.PenStyle.DashLine,
 }
 
-_Spans = list[list[int]]  # left and right pixels
+_Spans = list[list[int]]  # pairs of a left and a right pixel
 
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of all intervals with one decision: their union, and each single one."""
+    """The regions of all intervals with one decision.
+
+    Attributes
+    ----------
+    covered
+        The union of the regions.
+    each
+        The single regions; empty if there are too many to draw.
+    """
 
     decision: Decision
     selected: bool
@@ -38,12 +46,18 @@ class _Group:
 
 
 class Regions:
-    """The intervals in a range of frames as regions at a width in pixels, for any height.
+    """The intervals in a range of frames as regions of pixels, for plots of any height.
 
-    - seen: the intervals in the range
-    - selected: the id of the interval to emphasise
-    - first, last: the range in frames
-    - width: the width in pixels
+    Parameters
+    ----------
+    seen
+        The intervals in the range.
+    selected
+        The id of the interval to emphasise, or None.
+    first, last
+        The range of frames.
+    width
+        The width of the plot in pixels.
     """
 
     def __init__(
@@ -66,7 +80,7 @@ class Regions:
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
-        """Paint fills and borders, and the symbols of the decisions if `glyphs` is a font."""
+        """Paint the fills and borders and, if `glyphs` is a font, the symbols of decisions."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -81,7 +95,7 @@ class Regions:
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
         """Return the fills and borders for plots up to this height.
 
-        The shapes are computed for the highest plot, and clipped in lower plots.
+        The shapes are computed for the highest plot; lower plots clip them.
         """
         if height > self._height:
             self._height = height
@@ -129,10 +143,10 @@ def _paint_group(
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
     """Return the left and right pixel of each region, limited to the view.
 
-    Without this limit, painting would be slow, because it would clip at fractions of pixels.
+    Without this limit, painting would be slow, because Qt would clip at fractions of pixels.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
-    if len(regions) * 2 * LEAST < width:  # leave many regions apart
+    if len(regions) * 2 * LEAST < width:  # if there are many regions, do not widen them
         frames = wide_enough(frames, (last - first) / max(width, 1))
     places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
     places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
@@ -150,12 +164,12 @@ def wide_enough(spans: Array, pixel: float) -> Array:
 
 
 def _inside(places: _Spans, width: int) -> list[int]:
-    """Return the borders of regions, in pixels, that are inside the view."""
+    """Return the borders of the regions that are inside the view, in pixels."""
     return [x for pair in places for x in pair if 0 < x < width - 1]
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines at the pixels `at`, as a single path for speed."""
+    """Return vertical lines at the pixels `at`, as a single path, which is fast to paint."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

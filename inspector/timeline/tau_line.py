@@ -1,4 +1,4 @@
-"""The τ line of the strength plot. Dragging it sets τ of the selected chain."""
+"""The τ line of the strength plot. Dragging it sets τ for the selected chain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """A line at the τ of the selected chain, on a square-root scale. Each drag is one undo step."""
+    """A line at the τ of the selected chain, on a square-root scale. A drag is one undo step."""
 
     dropped = Signal()
 
@@ -55,7 +55,7 @@ class ChainTauLine(TauLine):
 
     def _update_label(self) -> None:
         self._plot.show_tau(self.value(), self.words)
-        self._plot.touch()  # the line is thicker under the mouse
+        self._plot.touch()  # the line is thicker while the mouse is over it
 
     def _dragged(self) -> None:
         if not self._drag:
@@ -64,10 +64,10 @@ class ChainTauLine(TauLine):
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
 
     def _give_up(self) -> None:
-        """Cancel a drag because its clip was closed."""
+        """Cancel a drag because the clip was closed."""
         self._latest.forget()
         self._drag = 0
-        self.let_go()
+        self.stop_dragging()
 
     def _drop(self) -> None:
         self._latest.flush()
@@ -78,7 +78,7 @@ class ChainTauLine(TauLine):
 def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
     """Set τ of the selected chain from a height on the square-root scale.
 
-    `drag` is the id of the drag whose changes form one undo step.
+    Changes with the same `drag` are one undo step.
     """
     set_tau_degrees(document, round(from_root_scale(place), 1), drag)
 

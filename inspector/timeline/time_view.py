@@ -1,4 +1,4 @@
-"""The view of a plot: its visible range of frames and values, and its mouse events."""
+"""The view of a plot: its visible range of frames and of values, and its mouse events."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QGraphicsSceneWheelEvent
 
 _NOTCH = 120.0
-_ZOOM = 1.25  # per notch of the wheel
-_DEEPEST, _WIDEST = 1e-3, 3.0  # zoom limits, relative to the range of all values
+_ZOOM = 1.25  # zoom factor per notch of the wheel
+# Smallest and largest visible range, as multiples of the range of all values
+_DEEPEST, _WIDEST = 1e-3, 3.0
 
 
 class Mouse(Protocol):
-    """The interface of the mouse gestures in a plot."""
+    """The mouse gestures that a plot reports."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
         """Zoom in time around a frame, or pan if `pan` is True."""
@@ -32,16 +33,16 @@ class Mouse(Protocol):
 class TimeView(pg.ViewBox):
     """A view that passes its mouse events to the timeline's gestures.
 
-    Until the user zooms, the value axis shows the range set with `fit_to`. The timeline sets the
+    The value axis shows the range set with `fit_to` until the user zooms. The timeline sets the
     range of frames.
     """
 
     def __init__(self, key: str) -> None:
-        """Set up the view. `key` is the key of its plot."""
+        """Set up the view. `key` is the key of the plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
         self.key = key
         self.gestures: Mouse | None = None
-        self.zoomed = False  # a person has zoomed the values
+        self.zoomed = False  # True if the user has zoomed the values
         self._all = (0.0, 1.0)
         self._part: tuple[float, float] | None = None  # the range shown instead of all values
         self._beyond: tuple[float, float] | None = None  # an additional temporary range
@@ -62,7 +63,7 @@ class TimeView(pg.ViewBox):
 
     @property
     def part(self) -> tuple[float, float] | None:
-        """The part of the values that `show_part` has set, or None."""
+        """The part of the values set by `show_part`, or None."""
         return None if self.zoomed else self._part
 
     @property
@@ -71,7 +72,7 @@ class TimeView(pg.ViewBox):
         return self._all
 
     def forget_zoom(self) -> None:
-        """Make the next `fit_to` show all values, even if the user has zoomed."""
+        """Discard the user's zoom, so that the next `fit_to` shows all values."""
         self.zoomed, self._part = False, None
 
     def fit(self) -> None:
@@ -85,8 +86,8 @@ class TimeView(pg.ViewBox):
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
         """Extend the range to include `values`, a pair (lowest, highest).
 
-        `spare` is the margin as a share of the range. The extended range is never narrowed until a
-        call with None restores the normal range. If the user has zoomed, the visible range does not
+        The extended range never shrinks until a call with None restores the normal range. `spare`
+        is the margin as a share of the range. If the user has zoomed, the visible range does not
         change.
         """
         seen = self._beyond or self._all
@@ -130,7 +131,7 @@ class TimeView(pg.ViewBox):
     # -- the mouse ----------------------------------------------------------------------------
 
     def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
-        """Zoom in time at the cursor.
+        """Zoom in time at the mouse pointer.
 
         With Shift, pan instead. With Ctrl or over the left axis, zoom the values.
         """
@@ -144,29 +145,30 @@ class TimeView(pg.ViewBox):
             self.gestures.wheel(float(at.x()), notches, pan=shift)
 
     def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
-        """Pass a drag on to the gestures.
+        """Pass a drag to the gestures.
 
         A drag on the left axis pans the values. A drag on the bottom axis pans in time.
         """
         event.accept()
         if axis == 1:
-            places = event.lastScenePos(), event.scenePos()  # `pos` is in the axis's coordinates
+            # `pos` would be in the coordinates of the axis
+            places = event.lastScenePos(), event.scenePos()
             there, here = (self.mapSceneToView(place).y() for place in places)
             self.pan_values(float(there - here))
         elif self.gestures:
             self.gestures.drag(self, event, pan=axis == 0)
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Pass a click on to the gestures, except clicks with the middle button."""
+        """Pass a click to the gestures, except a click with the middle button."""
         if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
             event.accept()
             self.gestures.click(self, event)
 
     def hoverEvent(self, event: Any) -> None:
-        """Pass mouse movements on to the gestures, so that they set the cursor."""
+        """Pass mouse movements to the gestures, which set the cursor."""
         if self.gestures and not event.isExit():
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Return the frame at a position in this view, with a fraction."""
+        """Return the frame, with a fraction, at a position in this view."""
         return float(self.mapToView(position).x())

@@ -1,4 +1,4 @@
-"""The timeline: linked plots of the selected chain, and an overview of the clip."""
+"""The timeline: plots of the selected chain over the same frames, and an overview of the clip."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from inspector.timeline.visible_range import VisibleRange
 from inspector.timeline.what_if_dots import WhatIfDots
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.later import Stale
+from inspector.widgets.later import RedrawRequests
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.review import Judged
 
 
 class Timeline(QWidget):
-    """The plots of the document's selected chain."""
+    """The plots of the chain that is selected in the document."""
 
     def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__()
@@ -43,9 +43,9 @@ class Timeline(QWidget):
         self.visible.changed.connect(self._show_range)
         self.visible.arrived.connect(self._fit_part)
         self._curves: Curves | None = None
-        self._applicable: list[str] = []  # the plots that apply to the selection
-        self._arriving = False  # fit the values to the visible frames with the next refresh
-        self._stale = Stale(self)  # most changes do not affect the clip's own curves
+        self._applicable: list[str] = []  # keys of the plots that apply to the selection
+        self._arriving = False  # True: fit the values to the visible frames at the next refresh
+        self._stale = RedrawRequests(self)  # most changes leave the curves of the clip as they are
         self._stale.due.connect(self.refresh)
         self._build(colours)
         colours.follow(self._colour)
@@ -115,7 +115,7 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide a plot, given its key. Some plots apply only to limbs or only to chains."""
+        """Show or hide the plot with a key. Some plots apply only to limbs or only to chains."""
         self.grid.show_pane(key, shown=shown)
         if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
             self.document.message.emit(hint, False)
@@ -131,20 +131,17 @@ class Timeline(QWidget):
         self.visible.show(*other.visible.ends)
 
     def become_figure(self) -> None:
-        """Turn the timeline into a figure with titles and the frame number, without controls."""
+        """Turn the timeline into a figure: with titles and the frame number, without controls."""
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
         for scenery in self._sceneries:
             scenery.still = True
         for pane in self.panes.values():
-            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # it would become a bitmap
+            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # a cached plot would become a bitmap
 
     def fit_titles(self) -> None:
-        """Reserve title lines above each plot of a figure.
-
-        All plots get as many lines as the longest title needs.
-        """
+        """Reserve as many title lines above all plots of a figure as the longest title needs."""
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
             for scenery in self._sceneries:
@@ -153,12 +150,12 @@ class Timeline(QWidget):
                 pane.set_scale()
 
     def height_for(self, width: float) -> float:
-        """Return the height in pixels that all plots need at a width."""
+        """Return the height, in pixels, that all plots need at a width in pixels."""
         return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """The scenery of the timeline, and of panes with a scenery of their own."""
+        """The scenery of the timeline, and the sceneries of panes that have their own."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -177,7 +174,7 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update plots that have just become visible, and the counts on the button."""
+        """Update plots that have just become visible, and the numbers on the button 'Plots'."""
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -200,17 +197,17 @@ class Timeline(QWidget):
             widget.setPalette(palette)
         self.setAutoFillBackground(True)
 
-    def light(self, curves: tuple[tuple[str, str], ...]) -> None:
-        """Highlight some curves.
-
-        Each of `curves` is the key of a plot and a prefix of curve names.
-        """
+    def highlight(self, curves: tuple[tuple[str, str], ...]) -> None:
+        """Highlight some curves, given as pairs (key of a plot, beginning of the curves' names)."""
         wanted = dict(curves)
         for key, pane in self.panes.items():
-            pane.light(wanted.get(key))
+            pane.highlight(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
-        """Show dots for an edited frame at the playhead. `values` are in radians, keyed by name."""
+        """Show the angles of an edited frame as dots at the playhead.
+
+        `values` are in radians, keyed by name.
+        """
         if values or self._what_if:
             self._what_if = values
             self._show_dots()
@@ -261,7 +258,7 @@ class Timeline(QWidget):
                 self.plots[key].draw(self._curves, self.panes[key])
             degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
             self.tau_line.show_tau(degrees)
-            if not self.tau_line.held:  # no rescaling during a drag
+            if not self.tau_line.held:  # do not rescale the plot during a drag
                 self._curves.fit_tau(self._tau_pane, degrees)
             self._show_dots()
             self._show_titles()
@@ -322,7 +319,7 @@ class Timeline(QWidget):
         self.overview.show_frame(document.frame)
 
     def _pick(self, frame: int, judged: Judged | None) -> None:
-        """Handle a click on the overview: select the interval at that point, or deselect."""
+        """Select the interval at a clicked point of the overview. Without an interval, deselect."""
         if judged is not None:
             frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
         self.document.select_interval(judged.id if judged is not None else None)
@@ -345,7 +342,7 @@ class Timeline(QWidget):
             self.visible.reach_frame(frame)
 
     def _repaint(self) -> None:
-        """Repaint the plots, for example during a drag."""
+        """Repaint all visible plots."""
         for key in self.grid.shown:
             self.panes[key].touch()
 
@@ -356,7 +353,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit the value range to the visible frames, once the interval's chain is loaded."""
+        """Fit the value range to the visible frames as soon as the interval's chain is loaded."""
         self._arriving = True
         self._stale.mark()
 

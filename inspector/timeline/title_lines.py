@@ -1,19 +1,27 @@
-"""Breaking the title of a plot into lines, for a figure."""
+"""Break the title of a plot into lines, for a figure."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
 
-Parts = list[tuple[str, str]]  # text and the theme's colour role
+Parts = list[tuple[str, str]]  # pairs (text, name of a colour in the theme)
 
 
 def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
-    """Return the parts of the title for each line, with a symbol and its numbers on one line.
+    """Return the parts of the title in each line. A symbol and its numbers stay on one line.
 
-    `room` is the width of a line. `advance` is a function that returns the width of a text. Spaces
-    that only align columns are removed.
+    Spaces that only align columns are removed.
+
+    Parameters
+    ----------
+    title
+        The title as pairs (text, name of a colour in the theme).
+    room
+        The width of a line.
+    advance
+        A function that returns the width of a text.
     """
     lines: list[Parts] = [[]]
     used = 0.0
@@ -31,7 +39,7 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
 
 
 def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
-    """Return the groups of parts that must stay on one line: words, a symbol and its numbers."""
+    """Return the groups of parts that must stay on one line: words, or a symbol and its numbers."""
     groups: list[Parts] = []
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)

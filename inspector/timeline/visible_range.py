@@ -8,18 +8,21 @@ from inspector.session.document import Document
 from twistcore.detection import Interval
 from twistcore.review import Judged
 
-SMALLEST = 8.0  # frames
-_SPARE = 3.5  # maximum number of frames on either side, in lengths of the interval
+SMALLEST = 8.0  # smallest range in frames
+_SPARE = 3.5  # largest margin on either side, as a multiple of the interval's length
 
 
 class VisibleRange(QObject):
     """The range of frames that the plots show.
 
-    `ends` are the first and the last visible frame, with fractions.
+    Attributes
+    ----------
+    ends
+        The first and the last visible frame, with fractions.
     """
 
     changed = Signal()
-    arrived = Signal()  # at an interval
+    arrived = Signal()  # the range shows an interval that was zoomed to
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -46,7 +49,7 @@ class VisibleRange(QObject):
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval with half a second on either side. The default is the selected interval.
+        """Show an interval, by default the selected one, with half a second on either side.
 
         The margin of a short interval is smaller, so that the interval fills at least an eighth of
         the width.
@@ -62,7 +65,7 @@ class VisibleRange(QObject):
     def deselect_hidden(self) -> None:
         """Deselect the selected interval if it is not visible.
 
-        This prevents a key press from deciding on an interval that the user does not see.
+        In this way, no key press decides on an interval that the user does not see.
         """
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)
@@ -71,14 +74,14 @@ class VisibleRange(QObject):
         return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
 
     def reach_frame(self, frame: int) -> None:
-        """Scroll so that a frame is visible."""
+        """Scroll to a frame unless it is visible."""
         first, last = self.ends
         if not first <= frame <= last:
             span = last - first
             self.show(frame - 0.1 * span, frame + 0.9 * span)
 
     def reach_interval(self, interval: Interval) -> None:
-        """Scroll to centre an interval, unless it is already visible."""
+        """Scroll to the middle of an interval unless the interval is visible."""
         first, last = self.ends
         if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))

@@ -1,4 +1,4 @@
-"""Dots in the plots at the playhead that show the angles of an edited frame.
+"""Dots at the playhead that show the angles of an edited frame in the plots.
 
 A full dot shows θp or m, and a ring shows θc. Both have the colour of the corrected pose.
 """
@@ -17,7 +17,7 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.axes import root_scale
 
-_SPARE = 0.12  # margin around a dot outside the range, as a share of the range
+_SPARE = 0.12  # margin around a dot outside the visible range, as a share of the range
 
 
 class WhatIfDots:
@@ -26,17 +26,14 @@ class WhatIfDots:
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """Set up the dots.
-
-        `plots` has the descriptions of the panes, with the same keys as `panes`.
-        """
+        """Set up the dots. `plots` has the descriptions of the panes, with the keys of `panes`."""
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Show the angles of an edited frame, except undefined ones.
+        """Show the angles of an edited frame, except undefined angles.
 
         `values` are in radians, keyed by name.
         """
@@ -51,7 +48,7 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """Return the part of a plot's title about its dots, as pairs (text, colour role)."""
+        """Return the values of the dots for a plot's title, as pairs (text, name of a colour)."""
         parts: list[tuple[str, str]] = []
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():

@@ -1,4 +1,4 @@
-"""A plot of the quantity that shows why the selected interval is listed, with its limit."""
+"""A plot of the measured quantity because of which the selected interval is listed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _STYLES = (
 
 
 def shown_interval(document: Document) -> Interval | None:
-    """Return the selected interval if its kind declares a quantity to plot, or None.
+    """Return the selected interval if its kind has a quantity to plot, or None.
 
     In an exercise the result is None, because the curve would reveal the error.
     """
@@ -38,18 +38,19 @@ def shown_interval(document: Document) -> Interval | None:
 
 
 class WhyListed(Pane):
-    """A plot of the quantity that shows why the selected interval is listed.
+    """A plot of the quantity because of which the selected interval is listed, with its limit.
 
-    The kind of the interval declares this quantity. It is computed in the background or, for a
-    figure, immediately.
+    The kind of the interval defines the quantity. The quantity is computed in the background or,
+    for a figure, immediately.
     """
 
     def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:
         super().__init__("why", _STYLES, scenery, shade=False, parent=parent)
-        self.least_part = 0.0  # the limit is always visible
+        self.least_part = 0.0  # any range is allowed, because the limit is always visible
         self._document = document
         self._task = OneTask(self)
-        self._interval: Interval | None = None  # the interval of the shown or pending quantity
+        # The interval whose quantity is shown or being computed
+        self._interval: Interval | None = None
         self.quantity: Quantity | None = None
         self._failure = ""
         self.dot = Dots(self.view, scenery, "before")
@@ -61,7 +62,7 @@ class WhyListed(Pane):
         if interval is None or interval is self._interval or self.isHidden():
             return
         if self._interval is None or not self._interval.may_be_same(interval):
-            self.forget()  # a curve of the same error stays visible until the new one is ready
+            self.forget()  # keep a curve of the same error until the new curve is ready
         self._interval = interval
         assert self._document.data is not None
         search = self._document.data.analysis.search(self._document.method)
@@ -104,7 +105,7 @@ class WhyListed(Pane):
         if quantity.size is not None:
             size[interval.start : interval.stop] = quantity.size
             inside = np.abs(values[interval.start : interval.stop] - quantity.size)
-            if np.isfinite(inside).any():  # mark the frame with the interval's number
+            if np.isfinite(inside).any():  # a dot marks the number that the interval has
                 self.dot.frame = interval.start + int(np.nanargmin(inside))
                 self.dot.dots = [(float(values[self.dot.frame]), False)]
         self.set_curve("size", size)
@@ -113,7 +114,7 @@ class WhyListed(Pane):
         self.touch()
 
     def _fit(self) -> None:
-        """Show all values or, if the other plots do so, only the values in the visible frames."""
+        """Show all values or, if the other plots show only a part, those in the visible frames."""
         seen = np.concatenate([y for y, _ in self.values.values()])
         seen = seen[np.isfinite(seen)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)

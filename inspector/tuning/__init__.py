@@ -1,1 +1,1 @@
-"""The tuning tab: the cost of τ, suggestions and profiles."""
+"""The tuning tab: the cost of τ, suggestions for τ, and profiles."""

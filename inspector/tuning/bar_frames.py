@@ -1,4 +1,4 @@
-"""Step through the frames of a bar of the strength histogram."""
+"""Step through the frames in a bar of the strength histogram."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ class BarFrames:
     def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
         """Set the data of the histogram.
 
-        `strength` is the strength of each frame in degrees, shape (frames,). `counted` is True for
-        the frames that the histogram counts.
+        `strength` is the strength of each frame in degrees, (frames,). `counted` is True for the
+        frames that the histogram counts, (frames,).
         """
         self._frames = np.flatnonzero(counted)
         self._bars = bar_of(strength[counted])
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar; after its last frame, go to its first."""
+        """Go to the next frame of a bar. After the last frame, go to the first one."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -49,8 +49,8 @@ class BarFrames:
     def next_bar(self) -> None:
         """Go to the first frame of the next bar that has frames.
 
-        Bars are visited from the weakest strength to the strongest. After the strongest bar, the
-        weakest follows.
+        Bars are visited from the smallest to the largest strength. After the last bar, the first
+        one follows.
         """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):
@@ -58,21 +58,24 @@ class BarFrames:
             self.first_frame(int((later if len(later) else filled)[0]))
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar, or to the first bar if no bar is current."""
+        """Go to the next frame of the current bar or, without a current bar, to the first bar."""
         if self.chosen is None:
             self.next_bar()
         else:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Go back to the frame before the first click of a double-click."""
+        """Return to the frame before the first click of a double-click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """The position among the frames of the bar as text, or '' if the playhead is elsewhere."""
+        """The frame's position within its bar as text.
+
+        If the playhead is at no frame of the current bar, the text is ''.
+        """
         if self.chosen is None:
             return ""
         own = self._frames[self._bars == self.chosen]

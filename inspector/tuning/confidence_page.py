@@ -27,7 +27,7 @@ _NOTHING = tr(
 
 
 class ConfidencePage(QWidget):
-    """The page of the confidence that was learned for the clip's performer or rig."""
+    """The page of the confidence that was learned for the performer or the rig of the clip."""
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """If there is too little room, cut long sentences to one line and add a tooltip."""
+        """In a narrow page, shorten long sentences to one line with a tool tip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
 
@@ -89,9 +89,9 @@ class ConfidencePage(QWidget):
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """The learned profile to use, and the name of its scope.
+        """The profile learned for the clip, preceded by the name of its scope, or ('', None).
 
-        This is the profile of the performer with this rig, or else the profile of the rig.
+        The scope is the performer with this rig or, without such a profile, the rig.
         """
         present = self._evidence.present
         for scope in present.scopes if present else ():
@@ -119,7 +119,7 @@ class ConfidencePage(QWidget):
         self._evidence.count_again()
 
     def keep(self) -> None:
-        """Save τ and confidence for this rig or performer."""
+        """Save τ and the learned confidence for this rig or performer."""
         whose, found = self.learnt
         data = self._document.data
         if found is None or data is None:
@@ -140,7 +140,7 @@ class ConfidencePage(QWidget):
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Update the page after a change of the document or the verdicts."""
+        """Update the page after a change of the document or of the verdicts."""
         document, evidence = self._document, self._evidence
         data = document.data
         if data is None:
@@ -160,7 +160,7 @@ class ConfidencePage(QWidget):
             self.use.setChecked(document.learned is not None)
         if not self.performer.hasFocus():
             self.performer.setText(evidence.performers.of(data.clip.path))
-        borrowed = document.borrowed  # verdicts on a sample make no profile
+        borrowed = document.borrowed  # verdicts on a sample are not saved in a profile
         self.remember.setEnabled(found is not None and borrowed is None)
         self.remember.setToolTip(
             borrowed.why

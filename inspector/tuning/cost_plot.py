@@ -1,4 +1,4 @@
-"""The plot of the cost of τ: the share of errors that are repaired, and the false alarms."""
+"""The plot of the cost of τ: the share of repaired errors, and the false alarms."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ _BAND_ALPHA = 60
 
 
 class PercentAxis(Axis):
-    """An axis in per cent, with a tick every 25 % or 50 %."""
+    """An axis in per cent, with a tick at every 25 % or 50 %."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the positions of the ticks."""
+        """Return the tick positions."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         step = 25.0 if room <= 25.0 else 50.0
         return [(step, [float(v) for v in np.arange(0.0, 101.0, step)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels of the ticks, with a unit."""
+        """Return the tick labels in per cent."""
         return [f"{v:.0f} %" for v in values]
 
 
 class CostPlot(TauPlot):
-    """The share of repaired errors (FSR, left axis) and false alarms (right axis) against τ.
+    """The share of repaired errors (FSR, left axis) and the false alarms (right axis) against τ.
 
-    FSR has a confidence band, and a triangle ▼ marks the suggested τ.
+    The FSR has a confidence band. A triangle ▼ marks the suggested τ.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -74,7 +74,10 @@ class CostPlot(TauPlot):
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None) -> None:
-        """Show the cost curve of a chain, or of several chains together. None clears the plot."""
+        """Show the cost curve of one chain or of several chains together.
+
+        None clears the plot.
+        """
         self.touch()
         known = curve is not None and curve.drawn is not None
         self.band.setVisible(known)
@@ -94,7 +97,7 @@ class CostPlot(TauPlot):
         self._alarms_view.setYRange(0.0, most, padding=0.08)
 
     def show_suggestion(self, curve: TauCurve, suggested: float) -> None:
-        """Mark the suggested τ, in radians, on the curve that is visible."""
+        """Mark the suggested τ, in radians, on the visible curve."""
         self.touch()
         if curve.errors:
             place = float(np.log10(np.degrees(suggested)))

@@ -26,14 +26,22 @@ class Request:
 
     Attributes
     ----------
+    path, sha256
+        The clip, and the SHA-256 of its file.
+    method
+        The name of the detector.
+    verdicts
+        The verdicts on the clip's intervals.
+    wanted
+        The names of the chains.
     rig
         The chains of the skeleton, with the user's additions and removals.
     left_out
         The frames that are left out of the measurement.
     draws
-        The number of draws of errors for each chain and protocol.
+        The number of draws of random errors for each chain and protocol.
     detector
-        The file and class of the detector as 'FILE.py:Class', or '' for a detector that every
+        The file and the class of the detector as 'FILE.py:Class', or '' for a detector that every
         process knows.
     language
         The language of error messages.
@@ -53,10 +61,15 @@ class Request:
 
 @dataclass(frozen=True)
 class Capture:
-    """The frames [first, stop) of the clip that are measured, without blends at the clip's ends.
+    """The frames of the clip that are measured.
 
-    presumed: the spans (chain, start, stop) of intervals without a verdict that were counted as
-    errors, because the detector is sure of them.
+    Attributes
+    ----------
+    first, stop
+        The range [first, stop), without the blends at the ends of the clip.
+    presumed
+        The spans (chain, start, stop) of intervals without a verdict that are counted as errors,
+        because the detector is certain of them.
     """
 
     first: int
@@ -65,11 +78,11 @@ class Capture:
 
 
 def measure(pipe: Connection, request: Request) -> None:
-    """Measure the curves and send the results through the pipe.
+    """Measure the curves, and send the results through the pipe.
 
-    The results are a Capture, then a pair (chain, curve) for every chain, then None. If the
-    measurement fails, an error message is sent. A chain whose name arrives through the pipe is
-    measured next.
+    The results are a Capture, then a pair (chain, curve) for each chain, then None. If the
+    measurement fails, an error message is sent. If the name of a chain arrives through the pipe,
+    that chain is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

@@ -38,8 +38,8 @@ _NO_COSTS = tr(
 class CurvesPage(QWidget):
     """Two plots over τ with captions: the histogram of the strength, and the cost.
 
-    When the user changes τ, the `asked` signal is emitted with the new τ in degrees, and with True
-    during a drag.
+    When the user changes τ, `asked` is emitted with the new τ in degrees, and with True during a
+    drag.
     """
 
     asked = Signal(float, bool)
@@ -55,7 +55,7 @@ class CurvesPage(QWidget):
     ) -> None:
         super().__init__()
         self._document, self._costs, self._wishes, self._colours = document, costs, wishes, colours
-        # Strength and floor of the selected chain, degrees.
+        # The strength in each frame and the automatic τ of the selected chain, in degrees.
         self._strength, self._floor = np.zeros(0), 0.0
         self._counted: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self.bars = BarFrames(document)
@@ -114,7 +114,7 @@ class CurvesPage(QWidget):
         self._show_place()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
-        """Return a mask (frames,), True for frames that tuning uses."""
+        """Return a mask (frames,) that is True for the frames that tuning uses."""
         counted = np.ones(self._document.frames, dtype=bool)
         if (capture := self._costs.capture) is not None:
             counted[: capture.first] = counted[capture.stop :] = False
@@ -123,12 +123,12 @@ class CurvesPage(QWidget):
         return counted
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ lines of both plots, unless one is being dragged."""
+        """Move the τ line in both plots, except in a plot in which the user is dragging it."""
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=held and plot.tau_line.moving)
 
     def show_words(self, degrees: float, before: float | None = None) -> None:
-        """Update the captions above the plots and the lines of text below them.
+        """Update the captions above the plots and the lines of text below the plots.
 
         `before` is τ at the beginning of a drag, in radians, or None if τ is not being dragged.
         """
@@ -178,7 +178,7 @@ class CurvesPage(QWidget):
         words = [f"{what}  {reached}"]
         if not (limb or info.is_m):
             words.append(_inked(tr("■ the paper's m(t)"), theme.soft))
-        name = tr("automatic τ") if limb else of_core(info.tau)  # fixed for limbs
+        name = tr("automatic τ") if limb else of_core(info.tau)  # the same for all limbs
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 
@@ -196,7 +196,7 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """False for a limb or a twist bone, because the cost of τ is undefined there."""
+        """True if the cost of τ is defined: not for a limb and not for a twist bone."""
         document = self._document
         if document.data is None or not document.chain:
             return True
@@ -216,19 +216,22 @@ class CurvesPage(QWidget):
     # -- frames of a bar ----------------------------------------------------------------------
 
     def next_bar(self) -> None:
-        """Go to the first frame of the histogram's next bar."""
+        """Go to the first frame of the next bar of the histogram."""
         if self._may_reveal():
             self.bars.next_bar()
             self._show_place()
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the histogram's current bar."""
+        """Go to the next frame of the current bar of the histogram."""
         if self._may_reveal():
             self.bars.next_in_bar()
             self._show_place()
 
     def _may_reveal(self) -> bool:
-        """False in an exercise, because the strongest bar would reveal the errors."""
+        """Return False in an exercise, and show why.
+
+        The bar of the largest strength would reveal the errors.
+        """
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
             return False
@@ -240,7 +243,7 @@ class CurvesPage(QWidget):
 
     def _ask(self, degrees: float, dragging: bool) -> None:
         if not dragging and self.sender() is self.histogram:
-            self.bars.back()  # undo the first click of the double click
+            self.bars.back()  # undo the first click of the double-click
             self._show_place()
         self.asked.emit(degrees, dragging)
 
@@ -252,7 +255,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return HTML that shows a text in a colour, without line breaks and followed by a gap."""
+    """Return rich text in a colour, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

@@ -33,7 +33,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of the table: the suggested or automatic τ of a chain, or of all chains for ''."""
+    """A row of the table: the suggested or the automatic τ of a chain; '' means all chains."""
 
     chain: str
     kind: str
@@ -42,9 +42,9 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """The rows of the table: two for each chain, and two for all chains.
+    """The rows of the table: two rows for each chain, and two rows for all chains.
 
-    The first row of each pair has the suggested τ, and the second has the automatic τ.
+    The first row of a pair has the suggested τ, and the second row has the automatic τ.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
@@ -58,11 +58,11 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Return the chain of a row, and whether its τ is suggested or automatic."""
+        """Return the chain of a row, and whether the row has the suggested or the automatic τ."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display. Rows with the automatic τ are dimmed."""
+        """Return the texts of a row. A row with the automatic τ is dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
@@ -101,5 +101,5 @@ class DetectorsModel(RowModel[_Line]):
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
-    """Return the index of the first of a chain's two rows."""
+    """Return the index of the first row of a chain, or None."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

@@ -1,4 +1,4 @@
-"""The tuning of τ as a feature of the window."""
+"""The tuning of τ, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Tuning(FeatureParts):
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window. The tab computes only while it is visible."""
+        """Connect the tab to the window. The tab computes costs only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
         queue = window.part(folder).queue
@@ -37,11 +37,11 @@ class Tuning(FeatureParts):
         )
 
     def show(self) -> None:
-        """Bring the tab to the front."""
+        """Bring the tuning tab to the front."""
         bring_to_front(self._dock)
 
     def leave_out_visible(self) -> None:
-        """Exclude the frames that are visible in the plots from tuning."""
+        """Leave the frames that are visible in the plots out of tuning."""
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:

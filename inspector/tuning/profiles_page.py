@@ -1,4 +1,4 @@
-"""The page of all chains: a table that compares profiles, or one that compares detectors."""
+"""The page of all chains: a table that compares profiles, or a table that compares detectors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 
 _OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
-_BUTTONS = {  # short texts for buttons
+_BUTTONS = {  # short texts for the buttons
     "compare_profiles": tr("Compare…"),
     "take_profile": tr("Use"),
     "close_comparison": tr("Close"),
@@ -38,7 +38,7 @@ _BOTH = tr(
 class ProfilesPage(QWidget):
     """A table of τ and its cost for each chain, or a table of all detectors.
 
-    The `chosen` signal is emitted with the chain that was clicked.
+    `chosen` is emitted with the name of a clicked chain.
     """
 
     chosen = Signal(str)
@@ -91,20 +91,20 @@ class ProfilesPage(QWidget):
     def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
-        One profile is compared with the current τ, and two are compared with each other.
+        One profile is compared with the current τ, and two profiles are compared with each other.
         """
         self.model.set_compared(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of all detectors if `both` is True, or else the table of τ."""
+        """Show the table of all detectors, or the table of τ if `both` is False."""
         self._tables.setCurrentIndex(int(both))
         self._need()
         self.refresh()
 
     def _need(self) -> None:
-        """Request measurements for every detector in the visible table."""
+        """Request measurements for all detectors in the visible table."""
         both = self._tables.currentWidget() is self.both_table
         own = (self.model.method(c) for c in self.model.columns if c.profile.method)
         self._costs.needs(self.detectors.methods if both else own)
@@ -125,7 +125,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Give the first column the remaining width. Without any, let the table scroll."""
+        """Give the first column the remaining width. If there is none, the table scrolls."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))
@@ -135,7 +135,7 @@ class ProfilesPage(QWidget):
             header.setSectionResizeMode(0, mode.Stretch if wide else mode.ResizeToContents)
 
     def show_chain(self, name: str) -> None:
-        """Select the row of a chain in the table."""
+        """Select the row of a chain in both tables."""
         if (row := self.model.row_of(name)) is not None:
             self.table.selectRow(row)
         if (row := rows_of(self.detectors.things, name)) is not None:

@@ -1,4 +1,4 @@
-"""Profiles saved by skeleton and performer, and offered when a matching clip is opened."""
+"""Profiles saved for a skeleton or a performer, and offered when a matching clip is opened."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.session_files import set_aside
+from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
 from twistcore.errors import FormatError, TwistError
@@ -24,21 +24,21 @@ from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
 from twistcore.tuning.verdicts_of import performer_of
 
-_PERFORMERS = 2000  # maximum number of clips with a named performer
+_PERFORMERS = 2000  # maximum number of clips for which the user has named the performer
 
 
 def profile_path(mark: str, performer: str = "") -> Path:
     """Return the path of the profile of a skeleton, or of a performer with this skeleton.
 
-    `mark` is the string that identifies the skeleton. Without a `performer`, the profile applies to
-    all performers.
+    `mark` is a string that identifies the skeleton. Without a performer, the profile applies to all
+    performers.
     """
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """Return the saved profile of a performer or, if there is none, of the skeleton.
+    """Return the saved profile of a performer or, if there is none, the profile of the skeleton.
 
     The second result is an error message or ''. A damaged file is renamed.
     """
@@ -49,7 +49,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
         try:
             profile = read_profile(path)
         except FormatError as error:
-            return None, set_aside(path, str(error))
+            return None, rename_damaged(path, str(error))
         except TwistError as error:
             return None, str(error)
         if profile.rig == mark and profile.performer == who:  # two names may have the same path
@@ -58,9 +58,9 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 
 
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
-    """Save a profile for its rig and performer, and return its path. Raise OSError on failure.
+    """Save a profile for its rig and performer, and return its path. Raises OSError on failure.
 
-    `source` is the name of the clip that the profile was learned from.
+    `source` is the name of the clip from which the profile was learned.
     """
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,13 +80,13 @@ class Performers:
                 self._named = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
-        """Return the performer of a clip, or '' if unknown."""
+        """Return the performer of a clip, or '' if the performer is unknown."""
         return self._named.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
-        """Set the performer of a clip. Raise OSError if it cannot be saved.
+        """Set the performer of a clip. Raises OSError if the name cannot be saved.
 
-        The name is not saved if the file name already contains it.
+        The name is not saved if the file name contains it.
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
@@ -107,16 +107,17 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers. `offer` is a function that shows a question with answers."""
+        """Set up the offers. `offer` is a function that shows a question with its answers."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
-        self._declined: set[tuple[str, str]] = set()  # during this run
-        self._later = QTimer(self, singleShot=True, interval=0)  # after the clip's own notes
+        self._declined: set[tuple[str, str]] = set()  # declined since the program was started
+        # After the messages about the clip itself
+        self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._offer_saved)
         document.opened.connect(self._later.start)
 
     def _offer_saved(self) -> None:
-        """Offer the saved profile for the clip, if any.
+        """Offer the saved profile for the clip, if there is one.
 
         Nothing is offered in a review that has begun, in an exercise or in a lesson.
         """
@@ -157,6 +158,6 @@ class ProfileOffers(QObject):
         )
 
     def take(self, profile: Profile) -> None:
-        """Use the τ of a profile, and its confidence if it has one."""
+        """Use the τ of a profile, and its learned confidence if it has one."""
         self._document.use_profile(profile)
         self._document.use_learned(profile.confidence)

@@ -1,4 +1,4 @@
-"""The histogram of a chain's strength. A click on a bar goes to one of its frames."""
+"""The histogram of a chain's strength. A click on a bar goes to a frame with this strength."""
 
 from __future__ import annotations
 
@@ -25,21 +25,25 @@ class _CountAxis(Axis):
     """An axis of counts on the scale log(1 + n), so that even a count of one is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return round counts for the ticks, as many as fit."""
+        """Return as many tick positions at round counts as fit."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels of the ticks."""
+        """Return the tick labels."""
         return [f"{np.expm1(v):.0f}" for v in values]
 
 
 class Histogram(TauPlot):
     """The number of frames at each strength, with the paper's m(t) as a grey outline.
 
-    Bars below τ are faint. A click on a bar emits the `picked` signal. `words` describes the bar
-    under the mouse, or else the chosen bar.
+    Bars below τ are faint. A click on a bar emits `picked` with the index of the bar.
+
+    Attributes
+    ----------
+    words
+        A label that describes the bar under the mouse or, without one, the chosen bar.
     """
 
     picked = Signal(int)
@@ -81,7 +85,7 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """Show the strength and the paper's m, in degrees, (frames,) each.
+        """Show the strength and the paper's m in degrees, (frames,) each.
 
         `m` is None if the strength is itself m.
         """
@@ -93,7 +97,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar and describe it with `words`. If `bar` is None, mark no bar."""
+        """Mark a bar, and describe it with `words`. If `bar` is None, mark no bar."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
@@ -109,13 +113,13 @@ class Histogram(TauPlot):
             self._show_words()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Describe the chosen bar instead of the bar under the mouse."""
+        """Describe the chosen bar again when the mouse leaves the plot."""
         super().leaveEvent(event)
         self._pointed = -1
         self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Move the words to the new right edge."""
+        """Move the label to the new right edge."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()
@@ -128,14 +132,14 @@ class Histogram(TauPlot):
                 self.picked.emit(bar)
 
     def _bar_at(self, place: QPointF) -> int:
-        """Return the index of the bar at a point of the scene, or −1 if there is none."""
+        """Return the index of the bar at a point of the scene, or −1 if there is no bar."""
         if not self.view.sceneBoundingRect().contains(place):
             return -1
         bar = int(np.searchsorted(_BINS, self.view.mapSceneToView(place).x())) - 1
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
     def _show_words(self) -> None:
-        """Describe the bar under the mouse, or else the chosen bar."""
+        """Describe the bar under the mouse or, without one, the chosen bar."""
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
@@ -151,9 +155,9 @@ class Histogram(TauPlot):
         self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line, and emphasise the frames with a strength of at least τ.
+        """Move the τ line, and emphasise the bars from τ on.
 
-        `held` is True while the line is being dragged.
+        `held` is True while the user drags the line.
         """
         super().show_tau(degrees, held=held)
         if degrees != self._tau:
@@ -169,14 +173,14 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """Return the index of the bar for every strength (frames,), or −1 below the first bar."""
+    """Return the index of the bar of each strength (frames,), or −1 below the first bar."""
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)
 
 
 def bar_words(bar: int) -> str:
-    """Return the range of strengths of a bar as text."""
+    """Return the range of a bar as text."""
     low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
     return f"{low:.3g}–{high:.3g}°"
 

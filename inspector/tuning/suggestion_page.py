@@ -16,7 +16,7 @@ from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from twistcore.tuning import Span
 
-_LEAVE_OUT = {  # texts of the buttons after "Leave out"
+_LEAVE_OUT = {  # texts of the buttons next to "Leave out"
     "leave_out_interval": tr("The interval"),
     "leave_out_visible": tr("The view"),
     "take_all_in": tr("Nothing"),
@@ -24,7 +24,7 @@ _LEAVE_OUT = {  # texts of the buttons after "Leave out"
 
 
 class SuggestionPage(QWidget):
-    """The page with three settings, the common τ for all chains, and the frames used."""
+    """A page with three settings, the common τ for all chains, and the frames that tuning uses."""
 
     def __init__(
         self,
@@ -80,13 +80,13 @@ class SuggestionPage(QWidget):
         )
 
     def show_wishes(self) -> None:
-        """Show the current settings in their fields."""
+        """Show the current settings in the fields."""
         self.points.setValue(self._wishes.points)
         self.smallest.setValue(self._wishes.smallest_degrees)
         self.draws.setValue(self._wishes.draws)
 
     def refresh(self) -> None:
-        """Update the common τ and the frames that are used."""
+        """Update the common τ and the frames that tuning uses."""
         data = self._document.data
         if data is None:
             return

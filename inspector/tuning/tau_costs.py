@@ -26,17 +26,24 @@ from twistcore.tuning.listed_intervals import ListCounts, list_counts
 from twistcore.tuning.verdicts_of import is_verdict, verdicts_in
 
 _POLL_MS = 30
-_REMEMBERED = 12  # cached results, per clip and set of verdicts
-_SETTLE_MS = 400  # wait until a series of verdicts has ended
+_REMEMBERED = 12  # number of cached results; each belongs to a clip and a set of verdicts
+_SETTLE_MS = 400  # time after the last verdict until a measurement starts
 
 _Key = tuple[object, ...]
 
 
 @dataclass(eq=False)
 class _Measured:
-    """The curves of the clip for one set of verdicts, keyed by detector and chain.
+    """The curves of a clip for one set of verdicts.
 
-    `through` are the detectors with a complete measurement.
+    Attributes
+    ----------
+    curves
+        The curves, keyed by detector and chain.
+    through
+        The detectors whose measurement is complete.
+    capture
+        The frames that are measured, or None.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -45,10 +52,10 @@ class _Measured:
 
 
 class Costs(QObject):
-    """The cost curves of the document's clip, keyed by detector and chain.
+    """The cost curves of the open clip, keyed by detector and chain.
 
-    The curves depend on the clip, the verdicts and the frames that are left out. A change of any of
-    these stops a running measurement. The current detector is measured first, followed by the
+    The curves depend on the clip, the verdicts and the frames that are left out. If one of these
+    changes, a running measurement is stopped. The current detector is measured first, then the
     detectors requested with `needs`. Nothing is measured while no view of the costs is visible.
     """
 
@@ -60,7 +67,7 @@ class Costs(QObject):
         self._cache: OrderedDict[_Key, _Measured] = OrderedDict()
         self._key: _Key | None = None
         self._others: frozenset[str] = frozenset()
-        self._running: tuple[_Key, str] | None = None  # key and detector
+        self._running: tuple[_Key, str] | None = None  # the key of the results, and the detector
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._watching = False
@@ -73,7 +80,8 @@ class Costs(QObject):
         document.intervals_changed.connect(self._stop_if_outdated)
         document.chain_changed.connect(self._prefer)
         wishes.changed.connect(self._stop_if_outdated)
-        # The parts of the key, cached because computing the key on every change of τ is slow.
+        # The parts of the key, stored because it would be slow to compute the key at every step of
+        # τ.
         self._judged: tuple[object, ...] | None = None
         # The counts of the current detector, keyed by capture, chain and τ.
         self._counted: dict[tuple[Capture | None, str, float], ListCounts] = {}
@@ -91,16 +99,16 @@ class Costs(QObject):
 
     @property
     def capture(self) -> Capture | None:
-        """The frames that are measured, without blends at the clip's ends.
+        """The frames that are measured, without blends at the ends of the clip.
 
-        Before the first measurement, this is None.
+        Before the first measurement, the value is None.
         """
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return how many intervals a detector lists at τ (radians), or None if unknown.
+        """Return the number of intervals that a detector lists at τ (radians), or None if unknown.
 
-        For the current detector the counts are exact. For other detectors, they are the counts at
+        For the current detector, the counts are exact. For other detectors, they are the counts at
         the nearest measured τ.
         """
         data, state = self._document.data, self._document.review.state
@@ -119,10 +127,10 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of the given τ, and how many intervals are listed.
+        """Return the cost of the given τ, and the number of listed intervals.
 
-        `tau` is in radians, keyed by chain. Listed intervals that were rejected count as false
-        alarms. The result is None if one of the chains is not measured.
+        `tau` is in radians, keyed by chain. Listed intervals that were rejected are counted as
+        false alarms. Returns None if a chain has not been measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
@@ -139,7 +147,7 @@ class Costs(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the chains that have a curve or will get one."""
+        """The names of the chains whose costs can be measured."""
         data = self._document.data
         if data is None:
             return ()
@@ -147,7 +155,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """True while a detector is being measured and some of its curves are missing."""
+        """Return True if a detector is being measured and some of its curves are missing."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -178,7 +186,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Start measuring if `on`, because a view of the costs is visible, or else stop."""
+        """Measure while a view of the costs is visible, and stop if `on` is False."""
         self._watching = on
         if on:
             self._stop_if_outdated()
@@ -187,7 +195,7 @@ class Costs(QObject):
             self.stop()
 
     def stop(self) -> None:
-        """Stop the measuring process and keep the results so far."""
+        """Stop the process that measures, and keep the results so far."""
         self._settle.stop()
         self._poll.stop()
         self._running = None
@@ -200,7 +208,7 @@ class Costs(QObject):
         self._process = self._pipe = None
 
     def _stop_if_outdated(self) -> None:
-        """Stop a running measurement if it is out of date."""
+        """Stop a measurement that is no longer valid."""
         data = self._document.data
         if data is None:
             return
@@ -233,7 +241,7 @@ class Costs(QObject):
             try:
                 self._pipe.send(self._document.chain)
             except OSError:
-                return  # the process has just ended, which the poll will notice
+                return  # the process has just ended, which the timer will notice
 
     # -- the process --------------------------------------------------------------------------
 
@@ -259,7 +267,7 @@ class Costs(QObject):
             detector=DETECTORS.place(method),
             language=chosen_language(),
         )
-        # Spawn instead of fork: forking a program with threads and an X connection may hang.
+        # Spawn, because a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         process = context.Process(target=measure, args=(theirs, request), daemon=True)
@@ -321,5 +329,5 @@ class Costs(QObject):
 
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
-    """Return the verdicts of the review on chains, without verdicts on limb flips."""
+    """Return the verdicts on chains, without verdicts on limb flips."""
     return tuple(filter(is_verdict, state.intervals))

@@ -12,7 +12,7 @@ from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas, TauLine
 from inspector.widgets.theme import Theme, figures_font
 
-LOWEST, HIGHEST = 0.5, 180.0  # visible range in degrees
+LOWEST, HIGHEST = 0.5, 180.0  # the visible range in degrees
 _DEGREES = (0.5, 1, 2, 5, 10, 20, 50, 100, 180)
 AXIS_WIDTH, _AXIS_HEIGHT = 44, 18
 LABEL_ROOM = 17.0  # pixels between two labels of a vertical axis
@@ -23,11 +23,11 @@ class _DegreesAxis(Axis):
     """An axis of degrees on a logarithmic scale."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return round numbers of degrees for the ticks."""
+        """Return tick positions at round numbers of degrees."""
         return [(1.0, [float(np.log10(d)) for d in _DEGREES])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels of the ticks, in degrees."""
+        """Return the tick labels in degrees."""
         return [f"{10**v:.3g}°" for v in values]
 
 
@@ -35,18 +35,19 @@ class _WholeAxis(Axis):
     """An axis with ticks at whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return distances between ticks that are whole numbers."""
+        """Return a tick spacing that is a whole number."""
         step = max(1.0, np.ceil(LABEL_ROOM * (high - low) / max(size, 1.0)))
         return [(float(step), 0.0)]
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees. Dragging the τ line or double-clicking emits `asked`.
+    """A plot over τ in degrees.
 
-    The arguments of `asked` are the new τ in degrees, and True during a drag.
+    A drag of the τ line or a double-click emits `asked` with the new τ in degrees, and with True
+    during a drag.
     """
 
-    asked = Signal(float, bool)  # degrees; True during a drag
+    asked = Signal(float, bool)  # τ in degrees; True during a drag
     dropped = Signal()
 
     def __init__(self, left: pg.AxisItem) -> None:
@@ -79,19 +80,19 @@ class TauPlot(Canvas):
             self.asked.emit(float(np.clip(10**at, LOWEST, HIGHEST)), False)
 
     def _colour(self, theme: Theme) -> None:
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
         self.tau_line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
         self.floor_line.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))
         self.touch()
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line, unless it is being dragged."""
+        """Move the τ line, unless the user is dragging it."""
         place = float(np.log10(np.clip(degrees, LOWEST, HIGHEST)))
         if not held and self.tau_line.value() != place:
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the dashed line. It may mark the detector's automatic τ, for example."""
+        """Move the dashed line, for example to the detector's automatic τ."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

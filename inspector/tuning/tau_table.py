@@ -29,7 +29,7 @@ _WIDTH = len(_HEADS)
 
 @dataclass(frozen=True)
 class Column:
-    """A profile in the table, and the name to display for it."""
+    """A set of τ in the table, with its displayed name."""
 
     name: str
     profile: Profile
@@ -37,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of the table: a chain, or '' for all chains in the last row."""
+    """A row of the table: a chain; '' means all chains."""
 
     chain: str
     texts: tuple[str, ...]
@@ -45,7 +45,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The rows of the table: one for each chain, and a last one for all chains.
+    """The rows of the table: one row for each chain, and a last row for all chains.
 
     Each set of τ has four columns.
     """
@@ -58,11 +58,11 @@ class ComparisonModel(RowModel[_Line]):
         self._take_heads()
 
     def key(self, thing: _Line) -> str:
-        """Return the chain's name."""
+        """Return the name of the chain."""
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display. Values that are equal in both sets of τ are dimmed."""
+        """Return the texts of a row. Values that are equal in both sets of τ are dimmed."""
         sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -81,12 +81,12 @@ class ComparisonModel(RowModel[_Line]):
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector of a set of τ, or the current one if the profile names none."""
+        """Return the detector of a set of τ, by default the current detector."""
         return column.profile.method or self._document.review.state.method
 
     @property
     def note(self) -> str:
-        """A note on the detector of each set of τ, or '' if there is only one set."""
+        """A note about the detector of each set of τ, or '' if there is only one set."""
         notes = []
         for column in self.columns if self.others else ():
             name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
@@ -104,13 +104,13 @@ class ComparisonModel(RowModel[_Line]):
     def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
-        One profile is compared with the current τ, and two are compared with each other.
+        One profile is compared with the current τ, and two profiles are compared with each other.
         """
         self.others = tuple(others)
         self.reset()
 
     def reset(self) -> None:
-        """Rebuild the table after a change of the clip or of the profiles."""
+        """Rebuild the table after the clip or the profiles have changed."""
         self._take_heads()
         self.reset_rows(self._lines())
 
@@ -147,7 +147,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Set the column headings. If there are several profiles, the headings name them."""
+        """Set the column headings. If there are several sets of τ, the headings name them."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
@@ -158,9 +158,9 @@ class ComparisonModel(RowModel[_Line]):
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of a set of τ over some chains, or None if it is not measured.
+        """Return the cost of a set of τ over some chains, or None if it has not been measured.
 
-        Chains without a τ do not count.
+        Chains without a τ are ignored.
         """
         tau = {name: column.profile.tau[name] for name in chains if name in column.profile.tau}
         method = self.method(column)

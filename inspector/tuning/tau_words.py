@@ -1,4 +1,4 @@
-"""Texts about the cost of a τ, its difference from another τ, and unjudged intervals."""
+"""Texts about the cost of τ, the difference from another τ, and intervals without a verdict."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from inspector.widgets.signed_numbers import signed
 from twistcore.tuning import TauCurve
 from twistcore.tuning.cost_words import band_words, fsr_words
 
-_SAME = 0.006  # degrees: texts have two decimals
+_SAME = 0.006  # degrees; texts have two decimals
 
 
 def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
-    """Return texts about the cost of τ, in radians, and a tooltip.
+    """Return texts about the cost of τ, in radians, and a tool tip.
 
     The texts are the number of listed intervals, the share of repaired errors (FSR) and the number
-    of false alarms. If the chain is not measured, the list is empty.
+    of false alarms. If the chain has not been measured, the list is empty.
     """
     if (known := costs.cost(method, {chain: tau})) is None:
         return [], ""
@@ -38,9 +38,9 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
 def suggestion_text(
     wishes: Wishes, curve: TauCurve, present: float, gain: Callable[[float, float], str]
 ) -> str:
-    """Return a text with the suggested τ and the gain over `present`, both in radians.
+    """Return a text with the suggested τ and the gain compared with `present`, both in radians.
 
-    If no τ is better, the text shows the range of τ with the same cost as `present`. `gain` is a
+    If no τ is better, the text shows the range of τ that costs the same as `present`. `gain` is a
     function that returns the difference between two τ as text.
     """
     suggested = wishes.suggested(curve, present)
@@ -54,7 +54,7 @@ def suggestion_text(
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
-    """Return a text on how the cost of a chain changes between two τ, both in radians."""
+    """Return a text about the change of a chain's cost between two τ, both in radians."""
     old, new = (costs.cost(method, {chain: tau}) for tau in (before, now))
     curve = costs.by(method).get(chain)
     if old is None or new is None or curve is None:
@@ -80,9 +80,9 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
 
 
 def presumed_text(costs: Costs, chain: str, tau: float) -> str:
-    """Return a text about a chain's unjudged intervals if they affect its cost, or ''.
+    """Return a text about unjudged intervals of a chain that affect its cost, or ''.
 
-    Some count as errors, and some, at τ (in radians), as false alarms.
+    Some are counted as errors, and some, at τ (in radians), as false alarms.
     """
     capture, curve = costs.capture, costs.curves.get(chain)
     sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0

@@ -30,7 +30,7 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """The actions that load, save and compare profiles of τ for this clip and for the folder."""
+    """The actions that load, save and compare profiles of τ, for this clip and for the folder."""
 
     document: Document
     queue: FolderQueue
@@ -76,7 +76,7 @@ class TuningActions:
         self.bar.show_message(message, False)
 
     def save_profile(self) -> None:
-        """Ask for a path and write a profile with the current τ to it."""
+        """Ask for a path, and write a profile with the current τ to it."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -87,13 +87,13 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """Return True, and show the reason, if the clip is borrowed, so that its τ is not saved."""
+        """If the clip is borrowed, show why its τ is not saved, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain and its cost to a file, atomically."""
+        """Write the current τ of every chain, with its cost, to a file."""
         data = self.document.data
         if data is None:
             return
@@ -112,7 +112,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Ask for one or two profiles and compare them."""
+        """Ask for one or two profiles, and compare them."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
@@ -127,7 +127,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the compared profile. If there are two, use the right-hand one."""
+        """Use the τ of the compared profile or, if there are two profiles, of the right one."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -141,22 +141,22 @@ class TuningActions:
             return None
 
     def __post_init__(self) -> None:
-        """Start to offer saved profiles when clips are opened."""
+        """Offer saved profiles whenever a clip is opened."""
         performers = self.tuning.evidence.performers
-        offer = self.bar.offer_behind
+        offer = self.bar.append_offer
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
     # -- frames left out of tuning -----------------------------------------------------------
 
     def leave_out_interval(self) -> None:
-        """Exclude the frames of the selected interval from tuning."""
+        """Leave the frames of the selected interval out of tuning."""
         if (judged := self.document.interval) is None:
             self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Exclude the visible frames from tuning, unless the whole clip is visible."""
+        """Leave the visible frames out of tuning, unless the whole clip is visible."""
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
@@ -167,9 +167,9 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Exclude the frames [start, stop) from tuning, as one undo step.
+        """Leave the frames [start, stop) out of tuning, in one undo step.
 
-        The excluded frames are saved in the session.
+        The session stores the frames that are left out.
         """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
@@ -182,14 +182,14 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Use all frames for tuning, except blends at the clip's ends."""
+        """Use all frames for tuning, except blends at the ends of the clip."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
             self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 
     # -- the folder ---------------------------------------------------------------------------
 
     def profile_to_folder(self) -> None:
-        """Analyse all clips of the open folder again, with the current τ."""
+        """Analyse all clips of the open folder again with the current τ."""
         if self.document.data is None or self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
             return

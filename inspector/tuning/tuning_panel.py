@@ -1,4 +1,4 @@
-"""The tuning tab: τ of the selected chain, and pages of costs, profiles and verdicts."""
+"""The tuning tab: τ of the selected chain, and pages about costs, profiles and verdicts."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ from inspector.tuning.verdict_page import VerdictPage
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import bold
-from inspector.widgets.later import Burst, Latest, Stale
+from inspector.widgets.later import Burst, Latest, RedrawRequests
 from inspector.widgets.theme import Colours
 from twistcore.tuning import Tuned, tuned
 
-_SHORT = {  # short texts for buttons
+_SHORT = {  # short texts for the buttons
     "tau_for_chain": tr("Chain"),
     "tau_for_segment": tr("Both sides"),
     "tau_for_all": tr_as("chains", "All"),
 }
-_SAME = 0.006  # degrees: the box has two decimals
+_SAME = 0.006  # degrees; the field has two decimals
 
 
 class Scope(StrEnum):
@@ -54,7 +54,7 @@ class Scope(StrEnum):
 
 
 class TuningPanel(QWidget):
-    """The panel that shows and sets τ."""
+    """The panel of the tuning tab, which shows and sets τ."""
 
     def __init__(
         self,
@@ -70,10 +70,11 @@ class TuningPanel(QWidget):
         self.evidence = VerdictEvidence(document, self.wishes, self)
         self.scope = Scope.CHAIN
         self._drag = 0
-        self._before: dict[str, float] = {}  # τ at the beginning of a drag, radians by chain
+        # The τ at the beginning of a drag, in radians, keyed by chain
+        self._before: dict[str, float] = {}
         self._seen = False
         self._latest = Latest(self)
-        self._stale = Stale(self)
+        self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._burst = Burst(document.begin_drag, self)
         self._build(colours)
@@ -134,7 +135,7 @@ class TuningPanel(QWidget):
         self.tabs.addTab(self.verdicts, tr("Verdicts"))
         last = self.tabs.addTab(
             self.confidence, tr("Conf.")
-        )  # short, to fit into a window of 1024 pixels
+        )  # short words, to fit into a window of 1024 pixels
         self.tabs.setTabToolTip(last, tr("Confidence, learned from verdicts"))
         self.tabs.currentChanged.connect(self._stale.mark_all)
         self.tabs.currentChanged.connect(self._watch_verdicts)
@@ -148,8 +149,7 @@ class TuningPanel(QWidget):
     def set_seen(self, seen: bool) -> None:
         """Measure and draw only while the tab is visible.
 
-        `seen` is True if the tab is visible. The dock calls this method, because Qt does not hide a
-        panel that is behind another tab.
+        The dock calls this method, because Qt does not hide a panel behind another tab.
         """
         self._seen = seen
         self._watch()
@@ -158,7 +158,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """True in an exercise, because strength, cost and recall would reveal the errors."""
+        """True in an exercise, in which strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -171,7 +171,7 @@ class TuningPanel(QWidget):
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
-        """Update the panel after changes of the document."""
+        """Apply the pending changes of the document to the panel."""
         anything, everything = self._stale.take()
         if not (anything and self._seen):
             return
@@ -189,7 +189,7 @@ class TuningPanel(QWidget):
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))
-        if abs(self.box.value() - degrees) > _SAME:  # do not overwrite a typed number
+        if abs(self.box.value() - degrees) > _SAME:  # keep a number that the user is typing
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
         self.verdicts.show_tau(degrees, held=bool(self._drag))
@@ -210,20 +210,20 @@ class TuningPanel(QWidget):
     # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """Set the scope, the chains for which the panel sets τ.
+        """Set the chains for which the panel sets τ.
 
-        The scope is the selected chain, the same segment on both sides of the body, or all chains.
+        These are the selected chain, the same segment on both sides of the body, or all chains.
         """
         self.scope = scope
         self._stale.mark()
 
     def chains_in_scope(self) -> tuple[str, ...]:
-        """Return the names of the chains for which τ is set."""
+        """Return the names of the chains for which the panel sets τ."""
         data = self._document.data
         if data is None or not self._document.chain:
             return ()
         own = self._document.find_chain(self._document.chain)
-        # τ has a different meaning for chains, limbs and twist bones.
+        # τ means something else for limbs and twist bones than for chains.
         alike = [c for c in data.chains_and_limbs if type(c) is type(own)]
         if self.scope == Scope.ALL:
             return tuple(c.name for c in alike)
@@ -232,9 +232,9 @@ class TuningPanel(QWidget):
         return (own.name,)
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
-        """Set τ of the chains in scope, in degrees.
+        """Set τ, in degrees, for the chains in scope.
 
-        `drag` is the id of the drag whose changes form one undo step.
+        Changes with the same `drag` are one undo step.
         """
         degrees = min(max(round(degrees, 2), SMALLEST_TAU), LARGEST_TAU)
         tau = float(np.radians(degrees))
@@ -248,11 +248,11 @@ class TuningPanel(QWidget):
         self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
 
     def _give_up(self) -> None:
-        """Cancel a drag because its clip was closed."""
+        """Cancel a drag because the clip was closed."""
         self._latest.forget()
         self._drag, self._before = 0, {}
         for plot in self.findChildren(TauPlot):
-            plot.tau_line.let_go()
+            plot.tau_line.stop_dragging()
 
     def _drop(self) -> None:
         self._latest.flush()
@@ -260,9 +260,9 @@ class TuningPanel(QWidget):
         self._stale.mark()
 
     def suggest(self) -> None:
-        """Set the suggested τ of every chain in scope, as one undo step.
+        """Set the suggested τ for every chain in scope, in one undo step.
 
-        The τ of a chain changes only if its cost becomes lower.
+        The τ of a chain changes only if this makes its cost lower.
         """
         curves, present = self.costs.curves, self._document.review.state.tau
         names = [name for name in self.chains_in_scope() if name in curves]
@@ -274,7 +274,7 @@ class TuningPanel(QWidget):
             self._document.message.emit(unchanged, False)
 
     def tuned(self) -> dict[str, Tuned]:
-        """Return the current τ of every chain, with its cost if it is measured."""
+        """Return the current τ of every chain, with its cost if the cost has been measured."""
         data = self._document.data
         if data is None:
             return {}
@@ -289,13 +289,13 @@ class TuningPanel(QWidget):
     def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
-        One profile is compared with the current τ, and two are compared with each other.
+        One profile is compared with the current τ, and two profiles are compared with each other.
         """
         self.profiles.set_compared(others)
         self._look_at_profiles()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of all detectors if `both` is True, or else the table of τ."""
+        """Show the table of all detectors, or the table of τ if `both` is False."""
         self.profiles.show_both(both)
         self._look_at_profiles()
 

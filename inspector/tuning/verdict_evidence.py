@@ -1,4 +1,4 @@
-"""Counts of the verdicts in the open clip and its folder, made in the background."""
+"""Count the verdicts in the open clip and its folder, in the background."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.session.session_files import kept_sessions, written
+from inspector.session.session_files import kept_sessions, modified_ns
 from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
@@ -27,23 +27,30 @@ from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
 from twistcore.work.progress import Tell
 
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
-_SETTLE_MS = 400  # wait until a series of verdicts has ended
+_SETTLE_MS = 400  # time after the last verdict until verdicts are counted
 
-_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, time and performer
+# Keyed by session, its time, and the performer
+_Known = dict[tuple[Path, int, str], JudgedClip | str]
 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts in some clips, on all chains or on one chain.
+    """A group of verdicts in some clips, about all chains or about one chain.
 
     Attributes
     ----------
-    found
-        The suggested τ, for a group about all chains.
-    suggestion
-        The suggested τ, for a group about one chain.
+    name
+        The name of the group.
+    clips
+        The clips with their verdicts.
     curve
         Precision and recall over τ.
+    found
+        The suggested τ of a group about all chains, or None.
+    suggestion
+        The suggested τ of a group about one chain, or None.
+    chain
+        The name of the chain, or '' for all chains.
     """
 
     name: str
@@ -61,9 +68,10 @@ class Evidence:
     Attributes
     ----------
     scopes
-        The groups of verdicts from narrow to wide, followed by one for each chain.
+        The groups of verdicts: first the groups about all chains, from narrow to wide, then one
+        group for each chain.
     learnt
-        The learned profiles, keyed by the name of their scope.
+        The learned profiles, keyed by the name of their group.
     skipped
         The reasons why clips of the folder were left out.
     """
@@ -74,7 +82,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Counts the verdicts of the open clip and its folder, while a view of them is visible."""
+    """Counts the verdicts in the open clip and its folder while a view of them is visible."""
 
     changed = Signal()
 
@@ -101,14 +109,11 @@ class VerdictEvidence(QObject):
 
     @property
     def _terms(self) -> tuple[float, float]:
-        """Return two settings: the cost of a false alarm, and the smallest error to find.
-
-        The cost is a share of the errors, and the smallest error is an angle in radians.
-        """
+        """The cost of a false alarm, a share of the errors, and the smallest error in radians."""
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Start counting if `on`, because a view of the verdicts is visible, or else stop."""
+        """Count verdicts while a view of them is visible, and stop if `on` is False."""
         self._watching = on
         if on:
             self._check()
@@ -118,7 +123,7 @@ class VerdictEvidence(QObject):
             self._state = ()
 
     def count_again(self) -> None:
-        """Count the verdicts again, after a change of the clip's performer."""
+        """Count the verdicts again, because the performer of the clip has changed."""
         self._state = ()
         self._check()
 
@@ -168,7 +173,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts, in a thread. Return the result and the cache for this folder."""
+    """Count the verdicts. Return the result and the cache for this folder. Called in a thread."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)
@@ -176,7 +181,7 @@ def _counted(
         tell(k / len(folder))
         if path == data.clip.path or not (sessions := kept_sessions(path)):
             continue
-        key = sessions[0], written(sessions[0]), performers.of(path)
+        key = sessions[0], modified_ns(sessions[0]), performers.of(path)
         if key not in known:
             try:
                 known[key] = judged_in(path, sessions[0], key[2])

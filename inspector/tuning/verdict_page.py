@@ -1,4 +1,4 @@
-"""The verdicts page: precision and recall at each τ, and the suggested τ."""
+"""The page of the verdicts: precision and recall at each τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.tables import RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_score
 
-NARROW = 420  # page width in pixels
+NARROW = 420  # width in pixels below which sentences are shortened
 _NOTHING = tr(
     "Nothing has been decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
     "accepted intervals in this clip and in the sessions of its folder, your verdicts "
@@ -32,7 +32,7 @@ _NOTHING = tr(
 
 @dataclass(frozen=True)
 class ScopeLine:
-    """A group of verdicts as a row of the table."""
+    """A row of the table: a group of verdicts."""
 
     name: str
     texts: tuple[str, ...]
@@ -58,7 +58,7 @@ class ScopeModel(RowModel[ScopeLine]):
         return thing.name
 
     def describe(self, thing: ScopeLine) -> TableRow:
-        """Return a row for display, with a tooltip."""
+        """Return the texts of a row, with its tool tip."""
         return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(
@@ -66,8 +66,8 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        `tau` is the current τ in radians, keyed by chain. `label` maps the names of chains to the
-        names to display.
+        `tau` is the current τ in radians, keyed by chain. `label` has the displayed names of
+        chains, keyed by their names.
         """
         self.show([_line(s, tau, label) for s in scopes])
 
@@ -119,7 +119,7 @@ def _between(what: str, low: str, high: str) -> str:
 
 
 def needed_words(scope: Scope) -> str:
-    """Return a sentence about the verdicts that are missing for a suggestion of τ."""
+    """Return a sentence about the verdicts that are still needed to suggest a τ."""
     errors, own = scope.curve.needed
     if scope.curve.enough:
         return of_core(scope.curve.one_sided_sentence)
@@ -134,7 +134,7 @@ def needed_words(scope: Scope) -> str:
         )
     elif errors:
         parts.append(plural("{n} more accepted interval", "{n} more accepted intervals", errors))
-    if own and scope.chain:  # in other scopes, these are among the accepted ones
+    if own and scope.chain:  # in other groups, these are among the accepted ones
         parts.append(
             plural("{n} more verdict on this chain", "{n} more verdicts on this chain", own)
         )
@@ -149,12 +149,12 @@ def needed_words(scope: Scope) -> str:
 
 
 class VerdictPage(QWidget):
-    """The page that shows precision and recall of a group of verdicts and its suggested τ.
+    """The page that shows the precision, the recall and the suggested τ of a group of verdicts.
 
-    The `asked` signal is emitted with the new τ when the user changes τ.
+    `asked` is emitted with the new τ when the user changes τ.
     """
 
-    asked = Signal(float, bool)  # degrees for the selected chain; True during a drag
+    asked = Signal(float, bool)  # τ of the selected chain in degrees; True during a drag
     dropped = Signal()
 
     def __init__(
@@ -194,7 +194,7 @@ class VerdictPage(QWidget):
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """If there is too little room, cut long sentences to one line and add a tooltip."""
+        """In a narrow page, shorten long sentences to one line with a tool tip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
         self._show_scope()
@@ -203,7 +203,7 @@ class VerdictPage(QWidget):
 
     @property
     def scope(self) -> Scope | None:
-        """The chosen group of verdicts, by default the first one."""
+        """The chosen group of verdicts, by default the first group."""
         present = self._evidence.present
         scopes = present.scopes if present else ()
         return next((s for s in scopes if s.name == self._scope), next(iter(scopes), None))
@@ -218,7 +218,7 @@ class VerdictPage(QWidget):
         if at.isValid():
             self.show_scope(self.model.things[at.row()].name)
             if (scope := self.scope) is not None and scope.chain in self._labels:
-                self._document.select_chain(scope.chain)  # the τ line belongs to this group
+                self._document.select_chain(scope.chain)  # the τ line belongs to this chain
 
     def suggested(self) -> dict[str, float]:
         """Return the τ that the chosen group suggests, in radians, keyed by chain."""
@@ -230,13 +230,13 @@ class VerdictPage(QWidget):
             own = suggestion_of(scope)
             return {scope.chain: own.tau} if own and scope.chain in names else {}
         reviewed = {name for clip in scope.clips for name in clip.reviewed}
-        names = [name for name in names if name in reviewed]  # not beyond what was judged
+        names = [name for name in names if name in reviewed]  # only chains with verdicts
         found = scope.found
         given = {name: found.tau(name) for name in names} if found else {}
         return {name: t for name, t in given.items() if t is not None}
 
     def take(self) -> None:
-        """Set τ to the suggested values, as one undo step."""
+        """Set τ to the suggested values, in one undo step."""
         self._document.set_taus(self.suggested())
 
     # -- drawing ------------------------------------------------------------------------------

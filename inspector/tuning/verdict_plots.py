@@ -24,10 +24,11 @@ _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
 
 class PrecisionPlot(TauPlot):
-    """Precision and recall over τ with confidence bands. A triangle marks the suggested τ.
+    """Precision and recall over τ, with confidence bands. A triangle marks the suggested τ.
 
-    A dotted curve shows the share of injected errors that is repaired, for comparison with recall.
-    Precision is not drawn below the dashed line, because no interval was reviewed at such a low τ.
+    A dotted curve shows the share of injected errors that are repaired, to compare it with the
+    recall. Precision is not drawn below the dashed line, because no interval was reviewed at such a
+    low τ.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -64,14 +65,14 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_injected(self, curve: TauCurve | None) -> None:
-        """Show the share of injected errors that is repaired. None clears the curve."""
+        """Show the share of injected errors that are repaired. None clears the curve."""
         self.touch()
         known = curve is not None and curve.errors
         x, y = (np.log10(np.degrees(curve.tau)), curve.fsr) if curve and known else _NONE
         self.injected.setData(x, _percent(np.asarray(y)))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Show the curve of a group of verdicts and its suggestion. None means no verdicts yet."""
+        """Show the curve and the suggestion of a group of verdicts; None clears the plot."""
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -98,21 +99,21 @@ class PrecisionPlot(TauPlot):
 
 
 class _ShareAxis(Axis):
-    """An axis from 0 to 1 with a tick every 0.2."""
+    """An axis from 0 to 1 with a tick at every 0.2."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the positions of the ticks."""
+        """Return the tick positions."""
         return [(0.2, [float(v) for v in np.linspace(0.0, 1.0, 6)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels of the ticks, with one decimal."""
+        """Return the tick labels, with one decimal."""
         return [f"{v:.1f}" for v in values]
 
 
 class ReliabilityPlot(Canvas):
     """The share of accepted intervals at each confidence, before and after learning.
 
-    The diagonal is ideal. A larger dot means more intervals, and the bar through it is the
+    The diagonal is ideal. A larger dot stands for more intervals, and the bar through a dot is the
     confidence interval of the share.
     """
 
@@ -132,7 +133,7 @@ class ReliabilityPlot(Canvas):
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.right.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))
         for dots, line, colour in (
             (self.before, self.lines[0], theme.before),

@@ -1,4 +1,4 @@
-"""The user's settings for a suggested τ."""
+"""The user's settings for the suggested τ."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from inspector.session import settings_checks as checks
 from inspector.session.settings import FeatureSetting, Settings
 from twistcore.tuning import SharedTau, TauCurve, shared_tau
 
-MOST_DRAWS = 50  # number of draws of errors, to measure the cost of τ
-# Points of FSR that a false alarm may cost, degrees of the smallest error to find, and number of
-# draws of errors.
+MOST_DRAWS = 50  # maximum number of draws of random errors, from which the cost of τ is measured
+# The points of FSR that a false alarm may cost, the smallest error to find in degrees, and the
+# number of draws of random errors.
 POINTS = FeatureSetting("alarm_points", 5.0, checks.number_between(0.0, 100.0))
 SMALLEST = FeatureSetting("smallest_error", 2.0, checks.number_between(0.1, 180.0))
 DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
@@ -22,7 +22,7 @@ DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
 class Wishes(QObject):
     """The cost of a false alarm, the smallest error to find, and the number of draws.
 
-    They are stored in the program's settings.
+    These settings are stored in the program's settings.
     """
 
     changed = Signal()
@@ -41,12 +41,12 @@ class Wishes(QObject):
 
     @property
     def smallest_degrees(self) -> float:
-        """The smallest error that should be found, in degrees."""
+        """The smallest error to find, in degrees."""
         return SMALLEST.of(self._settings)
 
     @property
     def draws(self) -> int:
-        """The number of times that errors are drawn for every chain and protocol."""
+        """The number of draws of random errors for each chain and protocol."""
         return DRAWS.of(self._settings)
 
     def wish(
@@ -56,7 +56,7 @@ class Wishes(QObject):
         smallest_degrees: float | None = None,
         draws: int | None = None,
     ) -> None:
-        """Change the given settings and emit `changed` if any value is different."""
+        """Change the given settings, and emit `changed` if a value is different."""
         settings = self._settings
         before = self.points, self.smallest_degrees, self.draws
         if points is not None:
@@ -69,15 +69,15 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve, present: float | None = None) -> float:
-        """Return the τ that a curve suggests, in radians, or `present` if none is better."""
+        """Return the τ that a curve suggests, in radians, or `present` if no other τ is better."""
         return curve.suggested(*self._terms, present=present)
 
     def plateau(self, curve: TauCurve, tau: float) -> tuple[float, float]:
-        """Return the range of τ around `tau` with the same cost, in radians."""
+        """Return the range of τ around `tau` that has the same cost, in radians."""
         return curve.plateau(tau, *self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Return the suggested common τ for all chains, or None if there is none."""
+        """Return the common τ that is suggested for all chains, or None."""
         return shared_tau(curves, *self._terms)
 
     @property

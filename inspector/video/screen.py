@@ -11,7 +11,7 @@ from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
-    """A widget that shows an image as large as possible, or a message."""
+    """Shows an image as large as possible, or a message."""
 
     resized = Signal()
 
@@ -26,11 +26,11 @@ class Screen(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Return a size for an image with the aspect ratio 16:9."""
+        """Return a size for an image with an aspect ratio of 16:9."""
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
-        """Show an image. If it is None, show the text as a message."""
+        """Show an image or, if the image is None, a message."""
         self.image, self.text = image, text
         self.update()
         self._name_picture()
@@ -42,15 +42,16 @@ class Screen(QWidget):
             self.setAccessibleName(name)
 
     def pixels(self) -> tuple[int, int]:
-        """Return the widget's width and height in physical pixels."""
+        """Return the width and the height of the widget in physical pixels."""
         ratio = self.devicePixelRatioF()
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
     def picture_rect(self) -> QRectF:
-        """Return the image's rectangle, centred on whole pixels, with the image's aspect ratio."""
+        """Return the rectangle of the image, on whole pixels and with its aspect ratio."""
         assert self.image is not None
         (across, down), image = self.pixels(), self.image
-        scale = min(across / image.width(), down / image.height())  # 1 if decoded for this size
+        # 1 if the image was decoded for this size
+        scale = min(across / image.width(), down / image.height())
         width, height = round(scale * image.width()), round(scale * image.height())
         left, top = (across - width) // 2, (down - height) // 2
         ratio = self.devicePixelRatioF()
@@ -73,6 +74,6 @@ class Screen(QWidget):
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Emit `resized`, so that the video is decoded at the new size."""
+        """Emit `resized`, so that the video is decoded for the new size."""
         super().resizeEvent(event)
         self.resized.emit()

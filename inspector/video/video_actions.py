@@ -44,7 +44,7 @@ class VideoActions:
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock. If it was hidden, give it a third of the window's width."""
+        """Show the dock. A dock that was hidden gets a third of the window's width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3

@@ -1,4 +1,4 @@
-"""The panel with a clip's witness video. It follows the playhead with a time offset."""
+"""The panel with a clip's witness video, which follows the playhead with a time offset."""
 
 from __future__ import annotations
 
@@ -33,13 +33,14 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """The panel with the image of the video, its time offset, and a button that holds the image.
+    """The image of the video, its time offset, and a button that holds the image.
 
-    The video's time is frame · Δt + offset, in seconds. While the video is held, only the playhead
-    moves. When it is released, the offset is set so that the image matches the playhead.
+    The time in the video, in seconds, is the time in the clip plus the offset. While the video is
+    held, only the playhead moves. When the video is released, the offset is set so that the image
+    matches the playhead.
     """
 
-    restored = Signal()  # the opened clip has a video
+    restored = Signal()  # the clip that was opened has a video
 
     def __init__(
         self,
@@ -55,7 +56,7 @@ class VideoPanel(QWidget):
         self._offset = 0.0
         self._held: float | None = None
         self._task = OneTask(self)
-        self._size: tuple[int, int] | None = None  # size for which the image was decoded
+        self._size: tuple[int, int] | None = None  # size in pixels for which the image was decoded
         self.display = Screen(colours, NO_VIDEO)
         self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
@@ -102,22 +103,22 @@ class VideoPanel(QWidget):
         """Remove the video from this clip."""
         if clip := self._clip():
             forget_video(self._settings, clip)
-        self.let_go()
+        self.close_file()
 
-    def let_go(self, text: str = NO_VIDEO) -> None:
-        """Close the video's file, and show a message."""
+    def close_file(self, text: str = NO_VIDEO) -> None:
+        """Close the video file, and show a message."""
         self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
         self._show_facts()
 
     def _clip_opened(self) -> None:
-        self.let_go()
+        self.close_file()
         known = VIDEOS.of(self._settings).get(self._clip())
         if known is not None:
             path, offset = known
             self.restored.emit()
-            self._load(Path(path), offset, lambda error: self.let_go(str(error)))
+            self._load(Path(path), offset, lambda error: self.close_file(str(error)))
 
     def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
         if self.reader is None:
@@ -152,7 +153,7 @@ class VideoPanel(QWidget):
     # -- when ---------------------------------------------------------------------------------
 
     def time(self) -> float:
-        """Return the video's time at the playhead, in seconds since its first frame."""
+        """Return the time in the video at the playhead, in seconds since the first image."""
         return self._clip_time() + self._offset if self._held is None else self._held
 
     def _clip_time(self) -> float:
@@ -160,7 +161,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Hold the video's image. If `on` is False, release it and align it with the playhead."""
+        """Hold the image, or release it if `on` is False and align it with the playhead."""
         if on == (self._held is not None):
             return
         if on:
@@ -173,7 +174,7 @@ class VideoPanel(QWidget):
         self._follow()
 
     def nudge(self, frames: int) -> None:
-        """Shift the video relative to the clip by a number of video frames."""
+        """Shift the video relative to the clip by a number of frames of the video."""
         if self.reader is None:
             return
         by = frames / self.reader.fps
@@ -193,10 +194,11 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video or to none, and release the held image."""
+        """Switch to another video or to none, and release a held image."""
         if self.reader is not None:
             close = self.reader.close
-            Task(lambda _: close(), self).start()  # in a thread, because it may still be decoding
+            # In a thread, because the reader may still be decoding
+            Task(lambda _: close(), self).start()
         self.reader, self._held = reader, None
         self._hold.setChecked(False)
         self._show_offset(offset)
@@ -221,7 +223,9 @@ class VideoPanel(QWidget):
             self._follow()
 
         self._task.run(
-            lambda _: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
+            lambda _: reader.picture(seconds, *size),
+            decoded,
+            lambda error: self.close_file(str(error)),
         )
 
     def _set_picture(self, picture: Picture | None, message: str) -> None:
@@ -231,7 +235,7 @@ class VideoPanel(QWidget):
             height, width, _ = picture.pixels.shape
             form = QImage.Format.Format_RGB888
             self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
-        self.shown = picture  # keeps the memory that the screen paints from
+        self.shown = picture  # keeps the memory of the displayed image
         self._show_time()
 
     def _show_facts(self) -> None:

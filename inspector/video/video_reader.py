@@ -1,4 +1,4 @@
-"""A reader for the images of a video file by their time stamps, with PyAV."""
+"""Read the images of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -29,25 +29,28 @@ WANTS_PYAV = tr(
     "pip install 'twist-inspector[video]'."
 )
 
-# Seconds by which a frame may begin early: a BVH rounds its frame time and Matroska its time
-# stamps, so frames that belong together differ slightly.
+# Seconds by which an image may begin early. BVH files round their frame time and Matroska files
+# round their time stamps, so images and frames that belong together differ slightly.
 TOLERANCE = 0.0005
-_FPS = 25.0  # default for a file without a frame rate
-_KEPT_BYTES = 96_000_000  # memory for decoded frames, so that steps back need no decoding
-_SPARSE = "mpeg"  # a format with few time stamps: after a seek the time is a guess
-_ORDERED = "avi"  # a format whose stamps give only the order of decoding
+_FPS = 25.0  # assumed for a file without a frame rate
+_KEPT_BYTES = 96_000_000  # memory for decoded images, so that steps back need no decoding
+_SPARSE = "mpeg"  # a format with few time stamps, in which the time after a seek is a guess
+_ORDERED = "avi"  # a format whose time stamps give only the order of decoding
 
 
 class VideoError(Exception):
-    """A video cannot be shown. The error's text is meant for the user."""
+    """Raised if a video cannot be shown. The text is meant for the user."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """An image that a video shows from `start` to `stop`, in seconds since its first frame.
+    """An image that a video shows from `start` to `stop`, in seconds since the first image.
 
-    `pixels` are red, green and blue as uint8, (height, width, 3). The image is upright and has
-    square pixels.
+    Attributes
+    ----------
+    pixels
+        Red, green and blue as uint8, (height, width, 3). The image is upright and has square
+        pixels.
     """
 
     start: float
@@ -55,35 +58,35 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """True if the video shows this image at the time `seconds`."""
+        """Return True if the video shows this image at a time."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
 def can_play() -> bool:
-    """True if PyAV is installed."""
+    """Return True if PyAV is installed."""
     return find_spec("av") is not None
 
 
 class VideoReader:
     """A reader for the first video stream of a file. Several threads may use one reader.
 
-    Parameters
+    Attributes
     ----------
     width, height
-        Size of an upright image with square pixels.
+        The size of an upright image with square pixels.
     fps
-        Average frames per second.
+        The average number of images per second.
     duration
-        Length in seconds according to the header, 0 if unknown.
+        The length in seconds according to the header, or 0 if it is unknown.
     end
-        Time at which the last frame ends, in seconds since the first frame, infinite until it has
-        been read.
+        The time at which the last image ends, in seconds since the first image; infinite until the
+        last image has been read.
     seeks
-        Number of jumps to another part of the file.
+        The number of jumps to another part of the file.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open a file and decode its first frame. Raise VideoError on failure."""
+        """Open a file and decode its first image. Raises VideoError on failure."""
         if not can_play():
             raise VideoError(WANTS_PYAV)
         self.path = path
@@ -92,7 +95,8 @@ class VideoReader:
         self._lock = threading.Lock()
         self._origin = 0.0
         self._gap = 1.0  # longest time between two key frames so far, in seconds
-        self._passed: deque[tuple[float, VideoFrame]] = deque()  # decoded frames in order
+        # Times and decoded images, in order
+        self._passed: deque[tuple[float, VideoFrame]] = deque()
         self._container: InputContainer
         self._stream: VideoStream
         self._coming: Iterator[VideoFrame]
@@ -105,9 +109,9 @@ class VideoReader:
         self.duration = (self._container.duration or 0) / 1e6
 
     def place(self, seconds: float) -> int:
-        """Return −1 for a time before the start of the video, +1 after its end, and 0 in between.
+        """Return −1 for a time before the video begins, +1 after its end, and 0 in between.
 
-        The end is known only once the last frame has been read.
+        The end is known only after the last image has been read.
         """
         at = seconds + TOLERANCE
         return -1 if at < 0.0 else int(at >= self.end)
@@ -115,7 +119,7 @@ class VideoReader:
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
         """Return the image at a time, at most `width` × `height` pixels, or None outside the video.
 
-        `seconds` is the time since the video's first frame. Raise VideoError if reading fails.
+        `seconds` is the time since the first image. Raises VideoError if reading fails.
         """
         import av
 
@@ -144,7 +148,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file. Afterwards no image can be read."""
+        """Close the file. Afterwards, no image can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -153,7 +157,7 @@ class VideoReader:
     # -- finding ------------------------------------------------------------------------------
 
     def _seek(self, at: float) -> None:
-        """Continue decoding from the last key frame at or before a time."""
+        """Continue to decode at the last key frame at or before a time."""
         import av
 
         self.seeks += 1
@@ -164,7 +168,7 @@ class VideoReader:
                 self._container.seek(int(target / self._time_base), stream=self._stream)
                 self._restart()
                 while self._decode() and not self._passed[-1][1].key_frame:
-                    self._passed.clear()  # frames before the first key frame are incomplete
+                    self._passed.clear()  # images before the first key frame are incomplete
             except av.FFmpegError:
                 break
             if self._passed and self._passed[0][0] <= at:
@@ -174,7 +178,7 @@ class VideoReader:
         self._rewind()
 
     def _rewind(self) -> None:
-        """Open the file again and decode its first frame."""
+        """Open the file again, and decode its first image."""
         import av
 
         try:
@@ -211,10 +215,10 @@ class VideoReader:
     def _restart(self) -> None:
         self._coming = _decoded(self._container, self._stream)
         self._passed.clear()
-        self._key = math.nan  # time of the last key frame in this run
+        self._key = math.nan  # time of the last key frame since the restart
 
     def _decode(self) -> bool:
-        """Append the next frame to `_passed`. Return False at the end of the video."""
+        """Append the next image to `_passed`. Return False at the end of the video."""
         last = self._passed[-1][0] if self._passed else -math.inf
         while True:
             frame = next(self._coming, None)
@@ -227,10 +231,10 @@ class VideoReader:
                 start = last + self._step if self._passed else 0.0
             else:
                 start = stamp * self._time_base - self._origin
-            if start > last:  # a damaged stream may go back in time
+            if start > last:  # in a damaged stream, time may go back
                 break
         if frame.key_frame:
-            if start - self._key > self._gap:  # False while _key is NaN
+            if start - self._key > self._gap:  # False while `_key` is NaN
                 self._gap = start - self._key
             self._key = start
         self._passed.append((start, frame))
@@ -249,7 +253,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in the order in which they are shown, without damaged frames."""
+    """Yield the decoded images in the order in which they are shown, without damaged ones."""
     import av
 
     packets = container.demux(stream)

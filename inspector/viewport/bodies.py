@@ -1,8 +1,8 @@
-"""Bodies of a skeleton: wedges that make roll visible, rigidly attached to joints.
+"""The bodies of a skeleton: wedges that make roll visible, rigidly attached to joints.
 
-The body of the bone P→C is attached to P, like the bone itself, so a twist error of P rolls it.
-All vertices of a clip are built once, in joint coordinates. For a frame, only rotation matrices are
-applied.
+The body of a bone is attached to the parent joint, like the bone itself, so that a twist error of
+the parent rolls the body. All vertices of a clip are computed once, in the coordinates of their
+joints. For each frame, only rotation matrices are applied.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise, rotate
 
-# The part of a vertex, which determines its colour. SKIN, BAND: light and dark stripes of a limb;
-# FIN: the edge of the fin along its front.
+# The part to which a vertex belongs, which determines its colour. SKIN and BAND are the light and
+# dark stripes of a limb's skin, and FIN is the edge of the fin along its front.
 FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND, FIN = PARTS = range(8)
-_SHORTEST = 1e-4  # of the height; shorter bones get no body
+_SHORTEST = 1e-4  # relative to the figure's height; shorter bones get no body
 
-# Cross-sections of the wedge: (position 0…1, half width, half thickness), in units of the bone's
-# width. It is widest near the parent, which shows the direction of the bone.
+# Cross-sections of the wedge: (position along the bone 0…1, half width, half thickness), relative
+# to the width of the bone. The wedge is widest near the parent, which shows the bone's direction.
 _STATIONS = ((0.03, 0.42, 0.20), (0.16, 1.0, 0.36), (0.97, 0.46, 0.17))
-# The stripe is a thin rail on one edge, with the wedge's colour on both sides, so that a turn by
-# 180° is also visible in the outline.
+# The stripe is a thin rail on one edge, with the colour of the wedge on both sides, so that a roll
+# by 180° also changes the outline.
 _RAIL = (0.80, 1.24)
 _RAIL_THICK = 0.42
 
@@ -36,11 +36,18 @@ _RAIL_THICK = 0.42
 class BoneSegment:
     """A bone from a joint to its child or End Site.
 
-    - parent: the joint that rotates the bone
-    - child: the child, −1 for an End Site
-    - tip: the bone's end in the parent's coordinates, (3,)
-    - normal: the unit normal of the front face in the parent's coordinates, (3,)
-    - width: half the width
+    Attributes
+    ----------
+    parent
+        The joint that rotates the bone.
+    child
+        The child, or −1 for an End Site.
+    tip
+        The end of the bone in the parent's coordinates, (3,).
+    normal
+        The unit normal of the front face in the parent's coordinates, (3,).
+    width
+        Half the width of the bone.
     """
 
     parent: int
@@ -52,7 +59,17 @@ class BoneSegment:
 
 @dataclass(frozen=True, eq=False)
 class Rods:
-    """Bones as lines: the parents (n,), tips in their coordinates (n, 3), and half widths (n,)."""
+    """Bones as lines.
+
+    Attributes
+    ----------
+    parent
+        The parents, (n,).
+    tip
+        The ends of the bones in the coordinates of their parents, (n, 3).
+    width
+        Half the width of each bone, (n,).
+    """
 
     parent: Index
     tip: Array
@@ -60,7 +77,7 @@ class Rods:
 
     @classmethod
     def of(cls, bones: Sequence[BoneSegment]) -> Rods:
-        """Return the lines of bones."""
+        """Return the given bones as lines."""
         return cls(
             np.array([bone.parent for bone in bones], dtype=np.int64),
             np.array([bone.tip for bone in bones]).reshape(-1, 3),
@@ -68,22 +85,29 @@ class Rods:
         )
 
     def ends(self, rotations: Array, positions: Array) -> Array:
-        """Return the ends of the bones, (n, 2, 3). The pose is global."""
+        """Return the ends of the bones, (n, 2, 3), for a global pose."""
         start = positions[self.parent]
         return np.stack([start, start + rotate(rotations[self.parent], self.tip)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Soup:
-    """Polygons with vertices that are rigidly attached to joints.
+    """Polygons whose vertices are rigidly attached to joints.
 
-    - vertices: positions in joint coordinates, (V, 3)
-    - joint, bone, part: the joint, bone and part of each vertex, (V,); the bone is −1 for the
-      spheres of joints
-    - faces: triangles (n, 3)
-    - edges: lines (n, 2)
-    - blocks: ranges of vertices (first, stop, joints), in which every joint has the same number of
-      vertices
+    Attributes
+    ----------
+    vertices
+        The positions in the coordinates of the joints, (vertices, 3).
+    joint, bone, part
+        The joint, the bone and the part of each vertex, (vertices,). The bone is −1 for the spheres
+        at joints.
+    faces
+        The triangles, (n, 3).
+    edges
+        The lines, (n, 2).
+    blocks
+        Ranges of vertices (first, stop, joints), within which each joint has the same number of
+        vertices.
     """
 
     vertices: Array
@@ -97,11 +121,16 @@ class Soup:
 
 @dataclass(frozen=True, eq=False)
 class Attached:
-    """A body that is rigidly attached to a joint, without a bone.
+    """A body without a bone, rigidly attached to a joint.
 
-    - vertices: positions in the joint's coordinates, (c, 3)
-    - part: the part of each vertex, (c,)
-    - faces: triangles (n, 3)
+    Attributes
+    ----------
+    vertices
+        The positions in the coordinates of the joint, (corners, 3).
+    part
+        The part of each vertex, (corners,).
+    faces
+        The triangles, (n, 3).
     """
 
     joint: int
@@ -112,7 +141,17 @@ class Attached:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """The shape of a bone or a joint: corners (c, 3), their parts (c,), faces and edges."""
+    """The shape of a bone or a joint.
+
+    Attributes
+    ----------
+    corners
+        The positions, (corners, 3).
+    part
+        The part of each corner, (corners,).
+    faces, edges
+        The triangles and the lines, as indices of corners.
+    """
 
     corners: Array
     part: Index
@@ -121,7 +160,7 @@ class _Shape:
 
 
 def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, ...]:
-    """Return every bone with a length, including End Sites."""
+    """Return every bone that has a length, including bones to End Sites."""
     skeleton = motion.skeleton
     pieces = [
         (int(p), j, _offset(motion, j))
@@ -134,7 +173,7 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
         length = float(np.linalg.norm(tip))
         if length < _SHORTEST * height:
             continue
-        # Thin enough to show its direction, broad enough to show its front.
+        # Thin enough to show the bone's direction, and broad enough to show its front.
         width = np.clip(0.15 * length, 0.009 * height, 0.026 * height)
         width = min(float(width), 0.35 * length)
         bones.append(BoneSegment(parent, child, tip, _front(tip / length, up), width))
@@ -144,11 +183,14 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
 def aligned_fronts(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> tuple[BoneSegment, ...]:
-    """Align the fronts of the bones P→C of each limb with each other in the rest pose."""
+    """Return the bones, with the fronts of consecutive bones of a limb aligned in the rest pose.
+
+    The bones are those of the chains' parents, such as the upper arm and the forearm.
+    """
     found = list(bones)
     pairs = sorted(
         bones_of_chains(bones, chains), key=lambda pair: pair[0].parent
-    )  # bones above first
+    )  # upper bones first
     into = {chain.child: number for chain, number in reversed(pairs)}
     for chain, number in pairs:
         if (above := into.get(chain.parent)) is not None:
@@ -161,7 +203,7 @@ def aligned_fronts(
 def bones_of_chains(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> list[tuple[Chain, int]]:
-    """Return each chain whose bone P→C has a body, with the index of the bone."""
+    """Return each chain whose parent has a bone to the child, with the index of this bone."""
     numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
     return [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
 
@@ -174,9 +216,18 @@ def build_soup(
     without: frozenset[int] = frozenset(),
     attached: Sequence[Attached] = (),
 ) -> Soup:
-    """Return the wedges of all bones, `grown` times as thick, and spheres at joints.
+    """Return the wedges of all bones, and spheres at their joints.
 
-    `without` has the indices of bones that a skin covers. `attached` are more bodies, with bone −1.
+    Parameters
+    ----------
+    grown
+        The factor by which the wedges are thicker than normal.
+    joints
+        True to add the spheres.
+    without
+        The indices of bones that a skin covers.
+    attached
+        Further bodies, which get the bone −1.
     """
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
     radius: dict[int, float] = {}
@@ -213,7 +264,10 @@ def build_soup(
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
-    """Return world vertices (V, 3) for global rotations (joints, 4) and positions (joints, 3)."""
+    """Return the vertices in the world, (vertices, 3), for a global pose.
+
+    `rotations` are (joints, 4), and `positions` are (joints, 3).
+    """
     matrices = matrix_from_quaternion(rotations).transpose(0, 2, 1)
     world = np.empty(soup.vertices.shape)
     for first, stop, joints in soup.blocks:
@@ -225,14 +279,14 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 
 
 def _is_free(motion: Motion, joint: int) -> bool:
-    """True for a joint that moves freely relative to the root, so that no bone leads to it."""
+    """Return True for a joint that moves relative to the root, so that no bone leads to it."""
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
     return bool(below_root and offset.ndim == 2 and np.ptp(offset, axis=0).any())
 
 
 def _offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's (median) position in its parent's coordinates, (3,)."""
+    """Return the median position of a joint in its parent's coordinates, (3,)."""
     offset = motion.translation(joint)
     if offset.ndim == 2:
         still: Array = np.median(offset, axis=0)
@@ -241,9 +295,9 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """Return the front face's unit normal: forward in the rest pose, or up for forward bones.
+    """Return the unit normal of the front face: forward in the rest pose, or up for forward bones.
 
-    In the rest pose all rotations are zero, so P's coordinates are world coordinates.
+    In the rest pose all rotations are zero, so the parent's coordinates are those of the world.
     """
     forward = np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
     normal = forward - (forward @ axis) * axis
@@ -253,23 +307,23 @@ def _front(axis: Array, up: Array) -> Array:
 
 
 def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
-    """Return a wedge's scaled axes as rows (3, 3): along the bone, across, and out of the front."""
+    """Return the scaled axes of a wedge as rows (3, 3): along the bone, across, and front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
 def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
-    """Return a normal of `start` turned by the shortest rotation from `start` to `stop`, (3,)."""
+    """Return a normal of `start`, turned by the shortest rotation from `start` to `stop`, (3,)."""
     across = start + stop
     if across @ across < 1e-6:
         return vector
-    moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
-    moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
+    moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two reflections:
+    moved = moved - stop * (2.0 * (stop @ moved))  # at the middle, then at the end
     return normalise(moved - (moved @ stop) * stop)
 
 
 def _wedge() -> _Shape:
-    """Return a flattened box of three cross-sections, with a rail along one edge."""
+    """Return a flat box of three cross-sections, with a rail along one edge."""
 
     def rings(low: float, high: float, thick: float) -> Array:
         corners = ((high, thick), (low, thick), (low, -thick), (high, -thick))
@@ -285,7 +339,7 @@ def _wedge() -> _Shape:
         sides = np.stack([solid[:-1], after[:-1], after[1:], solid[1:]], axis=2)
         corners += [sides.reshape(-1, 3), solid[0, ::-1], solid[-1]]
         part += [*parts, *parts, parts[1], parts[1]]
-    # Faces share no corners, because each has its own colour; the outline is for the ghost.
+    # Faces share no corners, because each has its own colour. The outline is for the ghost.
     quads = np.arange(4 * len(part)).reshape(-1, 4)
     outline = quads.size + np.arange(12).reshape(3, 4)
     return _Shape(

@@ -18,26 +18,26 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, rotate
 
-_REACH = 12.0  # pixels around a body that still hit the body
+_REACH = 12.0  # distance in pixels from a body within which the mouse hits the body
 
 
 class Pointing(QObject):
-    """Handles clicks and hovering on bones."""
+    """Handles clicks on bones, and shows the name of the bone under the mouse."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)
-        self.names = True  # show names while hovering
+        self.names = True  # True to show the name of the bone under the mouse
         self._drawing = drawing
 
     @property
     def _view(self) -> Steering:
-        """The view. A Python reference would keep it and its OpenGL context alive."""
+        """The view. A Python reference would keep the view and its OpenGL context alive."""
         view = self.parent()
         assert isinstance(view, Steering)
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a point of the view; a second click selects its limb."""
+        """Select the chain of the bone at a point of the view. A second click selects its limb."""
         found = self._next_chain(self.joint_at(at))
         if found is not None:
             self._view.document.select_chain(found.name)
@@ -45,7 +45,7 @@ class Pointing(QObject):
     def hover(self, at: QPointF) -> None:
         """Show the name of the joint whose bone is at a point, or hide the name.
 
-        If the bone's chain is already selected, also show the limb that a click would select.
+        If the chain of the bone is already selected, also show the limb that a click would select.
         """
         data = self._view.document.data
         if self.names and data is not None:
@@ -57,7 +57,7 @@ class Pointing(QObject):
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
     def _next_chain(self, joint: int | None) -> Chain | None:
-        """Return the chain or limb of a joint's bone that the next click selects."""
+        """Return the chain or limb of a joint's bone that the next click would select, or None."""
         data = self._view.document.data
         if joint is None or data is None:
             return None
@@ -74,7 +74,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """Return the joint of the bone at a point of the view, or None."""
+        """Return the joint whose bone is at a point of the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None
@@ -92,7 +92,10 @@ def _bone_at(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> int | None:
-    """Return the index of the foremost bone at a pixel (2,), or None. `size` is the view's."""
+    """Return the index of the foremost bone at a pixel (2,), or None.
+
+    `size` is the width and the height of the image.
+    """
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
@@ -109,7 +112,7 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Return a point's distances to segments (n,), and where on each it is nearest, 0…1 (n,)."""
+    """Return the distances of a point from segments, (n,), and the nearest places on them, 0…1."""
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)

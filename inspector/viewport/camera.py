@@ -12,10 +12,11 @@ from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
-_TILTS = np.array([-0.65, 0.65, -0.4, 0.4, -0.9, 0.9])  # of views along a bone, the best first
-_HIDDEN = 6.0  # weight of the hidden share of a limb
-_SLANT = 0.6  # best cosine between a limb's line and the view
-VIEWS = {  # degrees from the figure's front, degrees above the horizon
+# Tilts of the view along a bone, the best first
+_TILTS = np.array([-0.65, 0.65, -0.4, 0.4, -0.9, 0.9])
+_HIDDEN = 6.0  # weight of the share of a limb that is hidden
+_SLANT = 0.6  # best cosine of the angle between the limb's line and the view
+VIEWS = {  # degrees around the figure from its front, and degrees above the horizon
     "front": (0.0, 4.0),
     "side": (90.0, 4.0),
     "back": (180.0, 4.0),
@@ -28,10 +29,16 @@ VIEWS = {  # degrees from the figure's front, degrees above the horizon
 class OrbitCamera:
     """An orbiting camera.
 
-    - target: the centre of view, (3,)
-    - azimuth, elevation: angles in radians
-    - distance: in the file's unit
-    - up, ahead: unit vectors (3,); `ahead` is azimuth 0 and orthogonal to `up`
+    Attributes
+    ----------
+    target
+        The centre of the view, (3,).
+    azimuth, elevation
+        Angles in radians.
+    distance
+        The distance from the target in the unit of the file.
+    up, ahead
+        Orthogonal unit vectors, (3,). `ahead` is the direction of azimuth 0.
     """
 
     target: Array
@@ -43,7 +50,7 @@ class OrbitCamera:
 
     @cached_property
     def direction(self) -> Array:
-        """Unit vector from the target to the camera, (3,)."""
+        """The unit vector from the target to the camera, (3,)."""
         level = np.cos(self.azimuth) * self.ahead + np.sin(self.azimuth) * self.sideways
         towards: Array = np.cos(self.elevation) * level + np.sin(self.elevation) * self.up
         return towards
@@ -60,7 +67,7 @@ class OrbitCamera:
 
     @cached_property
     def axes(self) -> Array:
-        """The axes right, up and back of the image, as rows of a rotation matrix (3, 3)."""
+        """The directions right, up and backward in the image, as rows of a rotation matrix."""
         back = self.direction
         right = normalise(np.cross(self.up, back))
         return np.stack([right, np.cross(back, right), back])
@@ -71,21 +78,24 @@ class OrbitCamera:
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
     def panned(self, right: float, up: float, height: int) -> OrbitCamera:
-        """Return the camera moved so that the image shifts by `right` and `up` pixels."""
+        """Return the camera, moved so that the image shifts by `right` and `up` pixels.
+
+        `height` is the height of the image in pixels.
+        """
         unit = 2.0 * self.distance * np.tan(VIEW_ANGLE / 2.0) / max(height, 1)
         axes = self.axes
         return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
 
     def moved(self, step: Array) -> OrbitCamera:
-        """Return the camera moved by a world vector (3,)."""
+        """Return the camera, moved by a vector (3,) in world coordinates."""
         return self._placed(self.target + step, self.distance)
 
     def zoomed(self, factor: float) -> OrbitCamera:
-        """Return the camera with its distance to the target divided by a factor."""
+        """Return the camera, with its distance from the target divided by a factor."""
         return replace(self, distance=self.distance / factor)
 
     def looking_from(self, direction: Array) -> OrbitCamera:
-        """Return the camera looking at its target from a direction, a unit vector (3,)."""
+        """Return the camera, looking at its target from a direction, a unit vector (3,)."""
         azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
@@ -93,8 +103,9 @@ class OrbitCamera:
     def framing(
         self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
     ) -> OrbitCamera:
-        """Return the camera moved, without turning it, so that all points (n, 3) just fit.
+        """Return the camera, moved but not turned, so that all points (n, 3) just fit.
 
+        `aspect` is the width of the image divided by its height, `margin` scales the distance, and
         `covered` is the share of the image's height that is covered at the top.
         """
         flat = points @ self.axes.T
@@ -107,7 +118,7 @@ class OrbitCamera:
         return self._placed(centre @ self.axes, float(max(away, 1e-9)))
 
     def _placed(self, target: Array, distance: float) -> OrbitCamera:
-        """Return the camera with a new target and distance. Cached directions are kept."""
+        """Return the camera with a new target and distance. Its cached directions are kept."""
         camera = replace(self, target=target, distance=distance)
         for name in ("sideways", "direction", "axes"):
             if name in vars(self):
@@ -115,7 +126,10 @@ class OrbitCamera:
         return camera
 
     def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
-        """Return the pixels (…, 2), with y down, and the depths (…) of points (…, 3)."""
+        """Return the pixels (…, 2), with y downward, and the depths (…) of points (…, 3).
+
+        `width` and `height` are the size of the image in pixels.
+        """
         seen = (points - self.position) @ self.axes.T
         depth = np.maximum(-seen[..., 2], 1e-9 * self.distance)
         scale = height / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
@@ -131,7 +145,10 @@ class OrbitCamera:
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """Interpolate two cameras with equal `up` and `ahead` by the shorter turn; `share` is 0…1."""
+    """Return a camera between two cameras with equal `up` and `ahead`; `share` is 0…1.
+
+    The azimuth changes by the shorter way around.
+    """
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
         stop,
@@ -143,13 +160,14 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """Return the camera in one of VIEWS. `facing` is the figure's level unit vector, (3,)."""
+    """Return the camera in one of VIEWS. `facing` is the horizontal front of the figure, (3,)."""
     around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
 
 
-Hidden = Callable[[Array], Array]  # from directions (n, 3) to the hidden share of a limb, (n,)
+# Returns the hidden share of a limb, (n,), for each direction, (n, 3)
+Hidden = Callable[[Array], Array]
 
 
 def _nothing_hidden(directions: Array) -> Array:
@@ -167,14 +185,24 @@ def roll_direction(
 ) -> Array:
     """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
 
-    - axis: unit vector along the bone
-    - after, before: the bone's front normals, corrected and captured
-    - outward: from the body to the limb
-    - facing: the figure's front
-    - hidden: function that returns the hidden share of the limb
+    The best view shows the whole limb from outside and not from below, with both fronts of the bone
+    on the near side, and at an angle to the bone, so that its circle looks open. All vectors are
+    (3,).
 
-    All vectors are (3,). The best view shows the whole limb from outside, not from below, with both
-    fronts on the near side, and at an angle to the bone, so that its circle looks open.
+    Parameters
+    ----------
+    axis
+        The unit vector along the bone.
+    after, before
+        The corrected and the captured normal of the bone's front.
+    outward
+        A vector from the body to the limb.
+    facing
+        The figure's front.
+    up
+        The upward direction.
+    hidden
+        A function that returns the hidden share of the limb for each direction.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -213,16 +241,25 @@ def circle_direction(
     up: Array,
     hidden: Hidden = _nothing_hidden,
 ) -> Array:
-    """Return the direction from which a turn about a limb's line is best visible, (3,).
+    """Return the direction from which a rotation about a limb's line is best visible, (3,).
 
-    - axis: unit vector along the limb's line
-    - aside: from the line to the middle joint
-    - outward: from the body to the limb
-    - facing: the figure's front
-    - hidden: function that returns the hidden share of the limb
+    The best view shows the whole limb at an angle to the line, so that its circle looks open, with
+    the middle joint to one side, and neither from below nor from far above. All vectors are (3,).
 
-    All vectors are (3,). The best view shows the whole limb at an angle to the line, so that its
-    circle looks open, with the middle joint to one side, and neither from below nor from far above.
+    Parameters
+    ----------
+    axis
+        The unit vector along the limb's line.
+    aside
+        A vector from the line to the middle joint.
+    outward
+        A vector from the body to the limb.
+    facing
+        The figure's front.
+    up
+        The upward direction.
+    hidden
+        A function that returns the hidden share of the limb for each direction.
     """
     around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians(np.arange(0, 45, 9)))
     side = np.cross(up, facing)

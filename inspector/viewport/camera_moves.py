@@ -1,4 +1,4 @@
-"""Camera control of the 3D view: named views, focus on a limb, following, and manual moves."""
+"""Control of the camera: named views, focus on a limb, following the figure, and manual moves."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from inspector.viewport.solid_and_ghost import Style
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array
 
-_EDGE = 0.03  # share of the image at the border that is treated as outside
-_TINY = 0.03  # share of the image's height
+_EDGE = 0.03  # share of the image along its border that is treated as outside
+_TINY = 0.03  # share of the image's height; a smaller limb is hardly visible
 _HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
-Aim = tuple[Array, Array]  # points (n, 3) to frame, and the unit vector (3,) to look from
+Aim = tuple[Array, Array]  # points to show, (n, 3), and the unit vector from which to look, (3,)
 
 
 class Steering(QWidget):
-    """Camera control for a view. Subclasses draw in `_schedule`."""
+    """A view with a camera. Subclasses draw in `_schedule`."""
 
     follow = True
     _scene: Scene | None = None
     _camera: OrbitCamera | None = None
-    _framed = "iso"  # the preset to keep on resizing, '' after a manual move
-    _anchor: Chain | None = None  # the limb to follow instead of the root
+    _framed = "iso"  # the named view to restore after resizing; '' after a manual move
+    _anchor: Chain | None = None  # the limb to follow; None for the root
     _anchored: Array | None = None
-    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and goal of a turn
+    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and end of a turn that is running
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -52,13 +52,13 @@ class Steering(QWidget):
 
     @property
     def scene(self) -> Scene | None:
-        """The scene, or None without a clip or without OpenGL."""
+        """The scene; None without a clip or without OpenGL."""
         self._complete()
         return self._scene
 
     @property
     def camera(self) -> OrbitCamera | None:
-        """The camera. Without an open clip, the last camera."""
+        """The camera. If no clip is open, the latest camera."""
         self._complete()
         return self._camera
 
@@ -88,13 +88,13 @@ class Steering(QWidget):
         self._schedule()
 
     def show_person(self) -> None:
-        """Frame the listed person, or everyone, in the last named view."""
+        """Show the whole listed person, or everyone, in the latest named view."""
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Turn the camera so that the selected chain's roll is best visible.
+        """Turn the camera so that the roll of the selected chain is best visible.
 
-        The turn takes `milliseconds` in the background. A new call starts from the camera's current
+        The turn takes `milliseconds` in the background. Another call starts from the current
         direction.
         """
         chain = pictured_chain(self.document)
@@ -116,12 +116,12 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """True if the selected limb or bone is inside the image and not tiny."""
+        """Return True if the selected limb or bone is inside the image and not tiny."""
         chain, camera, scene = pictured_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
         poses = [self.document.pose(self.document.frame, after=a)[1] for a in (False, True)]
-        count = 2 if type(chain) is Chain else None  # a bone fills the image
+        count = 2 if type(chain) is Chain else None  # only the bone; it may fill the image
         joints = np.vstack([limb_joints(chain, positions)[:count] for positions in poses])
         size = np.array(self.picture_size())
         pixels, depth = camera.project(joints, *self.picture_size())
@@ -131,24 +131,24 @@ class Steering(QWidget):
         return bool(inside.all() and (ahead > 0.0).all() and reach > _TINY)
 
     def take_view(self, other: Steering) -> None:
-        """Copy the camera of another view of the same clip and frame."""
+        """Use the camera of another view of the same clip and frame."""
         self._stop_turning()
         self.camera, self._framed, self.follow = other.camera, "", other.follow
         self._hold(other._anchor)
 
     def set_follow(self, on: bool) -> None:
-        """Let the camera follow the figure at the same distance."""
+        """Let the camera follow the figure at a constant distance, or stop if `on` is False."""
         self.follow = on
         self._hold(self._anchor)
 
     # -- the limb's best side -----------------------------------------------------------------
 
     def _aim(self, scene: Scene) -> Aim | None:
-        """Return the points and direction to show instead of a limb, or None."""
+        """Return the points and the direction to show instead of the limb, or None."""
         return None
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """Return the camera for `_aim` or, without one, for the limb's best side."""
+        """Return the camera for `_aim` or, if that is None, for the best side of the limb."""
         if (aim := self._aim(scene)) is not None:
             return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
         data, frame = scene.data, self.document.frame
@@ -156,7 +156,8 @@ class Steering(QWidget):
         after = self.document.pose(frame, after=True)
         above = -1
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
-            above = int(data.motion.skeleton.parents[chain.parent])  # its skin is twisted, too
+            # The skin of the upper bone is twisted as well
+            above = int(data.motion.skeleton.parents[chain.parent])
         facing = scene.facing(after[1], chain.person)
         side = limb_side(
             chain, scene.bodies, before, after, facing, scene.up,
@@ -183,7 +184,7 @@ class Steering(QWidget):
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """Return points (n, 3) around the listed people for 0.25 s, ignoring root movement."""
+        """Return points (n, 3) around the listed people for 0.25 s, without the root's movement."""
         data, soup = scene.data, scene.shapes.bodies
         bodies = place(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
@@ -200,27 +201,31 @@ class Steering(QWidget):
         return list(scene.people.values()) if one is None else [one]
 
     def _aspect(self) -> float:
-        """Return the aspect ratio of an image."""
+        """Return the width of an image divided by its height."""
         return self.picture_size()[0] / max(self.height(), 1)
 
     def _covered(self) -> float:
-        """Return the share of an image's height that the legend covers at the top."""
+        """Return the share of the image's height that the legend covers at the top."""
         return 0.0
 
     def picture_size(self) -> tuple[int, int]:
-        """Return the width and height of one image; a split view has two images."""
+        """Return the width and the height of one image in pixels. A split view has two images."""
         halves = 2 if self.scene is not None and self.scene.split else 1
         return self.width() // halves, self.height()
 
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Start following a limb, or the root for None, from its current position."""
+        """Begin to follow a limb, or the root for None, from its current position."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
     def _followed(self, scene: Scene) -> Array:
-        """Return the point to follow, (3,): the limb's centre, or the mean of the listed roots."""
+        """Return the point to follow, (3,).
+
+        This is the middle of the followed limb, or the mean position of the listed roots on the
+        ground.
+        """
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
             middle: Array = limb_joints(self._anchor, positions).mean(axis=0)
@@ -244,7 +249,7 @@ class Steering(QWidget):
     # -- mouse --------------------------------------------------------------------------------
 
     def steer(self, move: Callable[[OrbitCamera], OrbitCamera]) -> None:
-        """Move the camera by hand."""
+        """Move the camera on behalf of the user."""
         if self.camera is not None:
             self._stop_turning()
             self.camera = move(self.camera)

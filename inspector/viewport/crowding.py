@@ -1,4 +1,4 @@
-"""Measure how crowded parts of a picture are, to find free places for labels."""
+"""Measure how crowded parts of an image are, to find free places for labels."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from PySide6.QtCore import QRect
 
 from twistcore.skeleton.rotation import Array
 
-_CELL = 6  # pixels
+_CELL = 6  # size of a cell in pixels
 
 
 class Crowding:
-    """The weights of the pixels that bones and labels cover, summed in cells."""
+    """The weights of the pixels that bones and labels cover, added up in cells."""
 
     def __init__(self, width: int, height: int) -> None:
         self._shape = width // _CELL + 1, height // _CELL + 1
@@ -19,7 +19,7 @@ class Crowding:
         self._sums: Array | None = None
 
     def add(self, pixels: Array, weight: float = 1.0) -> None:
-        """Add pixels (n, 2), each with a weight. Pixels outside the picture do not count."""
+        """Add pixels (n, 2) with a weight. Pixels outside the image are ignored."""
         at = np.floor(pixels / _CELL).astype(np.int64)
         x, y = at[((at >= 0) & (at < self._shape)).all(axis=1)].T
         count = self._cells.size
@@ -34,7 +34,7 @@ class Crowding:
         self._sums = None
 
     def within(self, low: Array, high: Array) -> Array:
-        """Return the weight in each box, (n,). The corners are in pixels, (n, 2) each."""
+        """Return the weight in each box, (n,), given its corners in pixels, (n, 2) each."""
         if self._sums is None:
             self._sums = np.zeros((self._shape[0] + 1, self._shape[1] + 1))
             self._sums[1:, 1:] = self._cells.cumsum(axis=0).cumsum(axis=1)

@@ -1,4 +1,4 @@
-"""A third figure, in addition to before and after, as a dashed outline."""
+"""A dashed outline of a third figure, in addition to before and after."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from inspector.viewport.solid_and_ghost import SAME, Pose
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
-_DASHES = 4  # dashes per edge
-_DRAWN = 0.55  # drawn share of a dash
-_GROWN = 1.16  # larger than the ghost's outline
-_STILL = 5e-4  # of the height
+_DASHES = 4  # dashes on each edge
+_DRAWN = 0.55  # share of a dash that is drawn
+_GROWN = 1.16  # thickness relative to normal; larger than the outline of the ghost
+_STILL = 5e-4  # relative to the figure's height; smaller movements are ignored
 
 
 class Companion(Protocol):
-    """The interface for a source of the third figure."""
+    """A source of a third figure. `changed` is emitted when the figure has changed."""
 
     changed: SignalInstance
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return global rotations (joints, 4) and positions (joints, 3), or None."""
+        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame, or None."""
 
 
 class DashedOutline:
-    """Dashed edges of the third figure's bones, where they differ from the solid figure."""
+    """The edges of the third figure's bones as dashes, where they differ from the solid figure."""
 
     def __init__(
         self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer
@@ -48,15 +48,15 @@ class DashedOutline:
 
     @property
     def shown(self) -> bool:
-        """True if any part of the third figure is drawn."""
+        """True if a part of the third figure is drawn."""
         return self._piece.shown
 
     def colour(self, theme: Theme) -> None:
-        """Apply the theme's colours."""
+        """Use the colours of a theme."""
         self._piece.tint(rgb(theme.tracked))
 
     def draw(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """Draw the parts that differ from the solid figure."""
+        """Draw the parts of the third figure that differ from the solid figure."""
         if figure is None:
             self._piece.show(False)
             return
@@ -68,7 +68,7 @@ class DashedOutline:
         if not self._piece.shown:
             return
         points = place(self._soup, rotations, positions)
-        points[~drawn[self._soup.bone]] = positions[0]  # edges of zero length are not drawn
+        points[~drawn[self._soup.bone]] = positions[0]  # edges without a length are not drawn
         start, stop = points[self._soup.edges].swapaxes(0, 1)
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
         self._piece.move(dashes.reshape(-1, 3))

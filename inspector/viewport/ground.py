@@ -1,4 +1,4 @@
-"""The ground under a clip: its level, its grid, and shadows on it."""
+"""The ground under a figure: its level, its grid, and shadows on it."""
 
 from __future__ import annotations
 
@@ -10,16 +10,20 @@ import numpy as np
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.rotation import Array
 
-_CELLS = 3.0  # approximate number of cells per figure height
-_STOPS = 9  # points on a grid line for fading its colour
+_CELLS = 3.0  # approximate number of cells per height of the figure
+_STOPS = 9  # points on a line of the grid, between which its colour fades
 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
     """A disc on the ground.
 
-    - centre, up: the centre and the upward direction, (3,) each
-    - radius, cell: in the file's length unit
+    Attributes
+    ----------
+    centre, up
+        The centre and the upward direction, (3,) each.
+    radius, cell
+        The radius of the disc and the size of a cell, in the unit of the file.
     """
 
     centre: Array
@@ -29,14 +33,14 @@ class Ground:
 
     @property
     def level(self) -> float:
-        """Height of the ground."""
+        """The height of the ground along `up`."""
         return float(self.centre @ self.up)
 
 
 def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
-    """Return the ground at the lowest joint of a clip, from positions (frames, joints, 3).
+    """Return the ground at the lowest joint of a clip. `positions` are (frames, joints, 3).
 
-    The radius covers the paths of all roots with a margin.
+    The disc covers the paths of all `roots`, with a margin.
     """
     root = positions[:, list(roots)].reshape(-1, 3)
     middle = (root.min(axis=0) + root.max(axis=0)) / 2.0
@@ -45,7 +49,7 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
     away = root - centre
     away = away - (away @ up)[:, None] * up
     radius = float(np.linalg.norm(away, axis=1).max()) + 1.6 * height
-    # 1, 2 or 5 times a power of ten, so that a person can read off lengths.
+    # A cell is 1, 2 or 5 times a power of ten long, so that the user can read off lengths.
     exact = height / _CELLS
     power = 10.0 ** np.floor(np.log10(exact))
     cell = power * min((1.0, 2.0, 5.0, 10.0), key=lambda c: abs(np.log(c * power / exact)))
@@ -53,21 +57,22 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
 
 
 def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
-    """Return the grid's points (n, 3), lines (m, 2), and strength, 1 in the middle to 0 at the rim.
+    """Return the points (n, 3), the lines (m, 2) and the strength of the grid.
 
-    The opaque lines fade to the background colour. Blending would take another pass, a third of the
-    frame time with software rendering.
+    The strength is 1 in the middle and 0 at the edge. The opaque lines fade to the background
+    colour, because blending would take another pass, a third of the frame time with software
+    rendering.
     """
     first = np.eye(3)[0]
     second = np.cross(ground.up, first)
     count = int(np.ceil(ground.radius / ground.cell))
-    # The grid is aligned with the world, so that there is a line at zero.
+    # The grid is aligned with the world, so that a line goes through zero.
     frame = np.stack([first, second])
     origin = np.round(frame @ ground.centre / ground.cell) * ground.cell @ frame
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
     aside = (np.arange(1 - count, count) * ground.cell)[:, None]
-    # To the edge of the disc.
+    # to the edge of the disc
     ahead = np.sqrt(radius**2 - aside**2) * np.linspace(-1.0, 1.0, _STOPS)
     points = [
         origin + aside[..., None] * across + ahead[..., None] * along
@@ -79,7 +84,7 @@ def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
 
 
 def shadow_points(points: Array, ground: Ground) -> Array:
-    """Return points (V, 3) projected straight down, slightly above the grid."""
+    """Return points (n, 3) projected straight down, slightly above the grid."""
     above = points @ ground.up - (ground.level + 2e-4 * ground.radius)
     shadow: Array = points - above[:, None] * ground.up
     return shadow

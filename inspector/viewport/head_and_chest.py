@@ -1,7 +1,7 @@
-"""Heads with a face, and rib cages, to show the direction that a person faces.
+"""Heads with a face, and rib cages, which show the direction that a person faces.
 
-Joints are found by shape, not by name: the chest is the last joint above both arms, and the head
-is at the end of the line of joints that rises from the chest.
+Joints are found by their position, not by name: the chest is the last joint above both arms, and
+the head is at the end of the line of joints that rises from the chest.
 """
 
 from __future__ import annotations
@@ -27,12 +27,15 @@ from twistcore.skeleton.limb import joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, normalise, rotate
 
-_FRAMES = 60  # number of a clip's frames that determine the usual direction of a joint
-_SKULL = np.array([0.042, 0.064, 0.052])  # half sizes across, up and forward, in figure heights
+_FRAMES = 60  # number of frames from which the usual direction of a joint is determined
+# Half the size across, up and forward, in heights of the figure
+_SKULL = np.array([0.042, 0.064, 0.052])
 _CAGE = np.array([0.075, 0.095, 0.048])
-_RISE = 0.75  # share of the head's half height from its joint to its middle
-_DROP = 0.085  # from the middle of the shoulders down to the middle of the chest
-_SLIM = 0.62  # share of half the shoulders' width: the widest chest that does not hide the arms
+_RISE = 0.75  # distance from the head's joint to its middle, in half heights of the head
+# Distance from the middle of the shoulders down to the middle of the chest, in figure heights
+_DROP = 0.085
+# Largest width of the chest, which does not hide the arms, relative to the shoulders' width
+_SLIM = 0.62
 _NOSE = np.array([[0.0, 0.22, 0.86], [-0.2, -0.22, 0.9], [0.2, -0.22, 0.9], [0.0, -0.16, 1.3]])
 _NOSE_FACES = np.array([[0, 1, 3], [2, 0, 3], [1, 2, 3]])
 _EYE = np.array([[-0.16, 0.0, 0.0], [0.0, -0.12, 0.0], [0.16, 0.0, 0.0], [0.0, 0.12, 0.0]])
@@ -41,10 +44,17 @@ _EYES_AT = np.array([0.38, 0.2, 0.99])
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """The head or the chest of a person: its body, and the bone that represents it.
+    """The head or the chest of a person.
 
-    The bone leads from its joint to its middle, and its normal points forward. `face` is True for a
-    head.
+    Attributes
+    ----------
+    body
+        The body.
+    bone
+        A bone that represents the body. It leads from the joint to the middle of the body, and its
+        normal points forward.
+    face
+        True for a head.
     """
 
     body: Attached
@@ -59,10 +69,10 @@ def heads_and_chests(
     positions: Array,
     height: float,
 ) -> tuple[Front, ...]:
-    """Return the chest and, if found, the head of each person with two arms.
+    """Return the chest and, if it is found, the head of each person with two arms.
 
     `rotations` (frames, joints, 4) and `positions` (frames, joints, 3) are global. `height` is the
-    figure's height.
+    height of the figure.
     """
     some = slice(None, None, max(1, len(positions) // _FRAMES))
     pose = rotations[some], positions[some]
@@ -106,7 +116,7 @@ def _of_person(
 def _chest_and_head(
     skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
 ) -> tuple[int, int]:
-    """Return the chest, the lowest common ancestor of both arms, and the head or −1."""
+    """Return the chest, which is the lowest joint above both arms, and the head or −1."""
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)
     upright = normalise(rise)
@@ -117,18 +127,18 @@ def _chest_and_head(
     line = chest
     while below := [j for j in skeleton.children[line] if j not in on_the_way]:
         if line != chest and len(below) > 1:
-            break  # the eyes and the jaw
+            break  # these are the eyes and the jaw
         line = max(below, key=level)
     if level(line) <= 0.0 or line == chest:
         return chest, -1
     ends = {joint for joint, offset in skeleton.ends if np.linalg.norm(offset) > 0.0}
     parent = int(skeleton.parents[line])
-    is_top = not skeleton.children[line] and line not in ends  # of the head, without a bone
+    is_top = not skeleton.children[line] and line not in ends  # the top of the head, without a bone
     return chest, parent if is_top and parent != chest else line
 
 
 def _axes(ahead: Array, rise: Array) -> Array:
-    """Return the mean axes of a joint, across, up and forward, as rows (3, 3)."""
+    """Return the mean axes of a joint: across, up and forward, as rows (3, 3)."""
     up = normalise(normalise(rise).mean(axis=0))
     forward = normalise(ahead).mean(axis=0)
     forward = normalise(forward - (forward @ up) * up)
@@ -136,7 +146,7 @@ def _axes(ahead: Array, rise: Array) -> Array:
 
 
 def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -> Front:
-    """Return an ellipsoid with half axes (3,), light in front and dark behind."""
+    """Return an ellipsoid with the half axes `half` (3,), light in front and dark behind."""
     corners = SPHERE[TRIANGLES]
     middle = normalise(corners.mean(axis=1))
     ahead = middle[:, 2] - (0.45 * np.maximum(middle[:, 1], 0.0) if face else 0.0)

@@ -1,4 +1,4 @@
-"""The legend above the image: the meaning of the colours, and the offset of the selected limb."""
+"""The legend above the image: the meaning of the colours, and the selected limb's offset."""
 
 from __future__ import annotations
 
@@ -30,10 +30,18 @@ def frame_legend(
     roles: Collection[int] = (),
     tracked: bool = False,
 ) -> str:
-    """Return the legend of the document's frame as rich text.
+    """Return the legend of the current frame as rich text.
 
-    `chain` is the selected chain, `fault` an uncorrectable error at the frame, and `roles` are the
-    roles of the bones in the image. `tracked` is True if the clip is tracked.
+    Parameters
+    ----------
+    chain
+        The selected chain, or None.
+    fault
+        An error at the frame that cannot be corrected, or None.
+    roles
+        The roles of the bones in the image.
+    tracked
+        True if the clip is tracked.
     """
     degrees = 0.0
     if chain is not None:
@@ -70,12 +78,24 @@ def legend_text(
 ) -> str:
     """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
-    - show: one of document.Show, or 'split' for two images
-    - tracked: True with a third figure, or if the corrected figure is tracked
-    - swivel: True if the offset is a swivel angle
-    - fault: text about an uncorrectable error, shown instead of the offset
-    - chosen: True if a limb has the colour of the selection
-    - suggested: True if the corrected image contains undecided corrections
+    Parameters
+    ----------
+    show
+        One of document.Show, or 'split' for two images.
+    chain
+        The name of the chain, or ''.
+    degrees
+        The offset of the chain.
+    tracked
+        True if there is a third figure or if the corrected figure is tracked.
+    swivel
+        True if the offset is a swivel angle.
+    fault
+        A text about an error that cannot be corrected, shown instead of the offset.
+    chosen
+        True if a limb has the colour of the selection.
+    suggested
+        True if the corrected image contains undecided corrections.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
@@ -106,13 +126,13 @@ def legend_text(
 
 
 def trails_text(apart: float) -> str:
-    """Return rich text on how far hands and feet moved, `apart` in figure heights."""
+    """Return rich text about the distance `apart` between the two trails, in figure heights."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
 
 
 def _fault_words(interval: Interval) -> str:
-    """Return the legend of an uncorrectable interval."""
+    """Return the legend of an interval that cannot be corrected."""
     degrees = float(np.degrees(interval.size))
     fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def light(renderer: vtkRenderer) -> None:
-    """Add a light at the upper left of the camera.
+    """Add a light above and to the left of the camera.
 
-    With software rendering, each additional light adds a sixth to the time of an image.
+    With software rendering, each additional light adds a sixth to the time for an image.
     """
     lamp = vtkLight()
     lamp.SetLightTypeToCameraLight()
@@ -29,7 +29,7 @@ def light(renderer: vtkRenderer) -> None:
 
 
 def background(theme: Theme) -> Array:
-    """Return the background colour, (3,) in 0…255. A gradient would cost 3 ms per frame."""
+    """Return the background colour, (3,) in 0…255. A gradient would take 3 ms per frame."""
     return mix(theme.surface, theme.window, 0.6)
 
 
@@ -44,7 +44,7 @@ def make_plotter(parent: QWidget) -> QtInteractor | None:
     plotter.reset_key_events()
     plotter.remove_all_lights()
     light(plotter.renderer)
-    # Plain blending is enough for the thin, convex ghost, at a tenth of the cost of VTK's
+    # Plain blending is enough for the thin, convex ghost, and takes a tenth of the time of VTK's
     # order-independent pass.
     plotter.renderer.SetUseOIT(False)
     return plotter

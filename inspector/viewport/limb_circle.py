@@ -24,17 +24,19 @@ from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
-_FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
-LEAST_RADIUS = 0.07  # of the fan of a limb, in figure heights: outside of its skin
+# Radius of a bone's circle in bone lengths, and limits of the radius in figure heights
+_FAN = 0.5, (0.08, 0.13)
+LEAST_RADIUS = 0.07  # radius of a limb's fan, in figure heights: outside of its skin
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
-_DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
-_FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
+# Position of the circle on the bone; closer to an end, a joint would hide the circle
+_DIAL_AT = 0.25, 0.75
+_FOLDED = 0.02  # relative to the limb's length; if its ends are closer, they define no line
 _STEPS = 60  # steps of the circle
 _ARC = 30  # steps of the arc from before to after
 _DASHES = 11
-# Radius of a mark, in figure heights; about a bone, at most in radii and in lengths of the arc.
+# Radius of a mark: in figure heights and, about a bone, at most in radii and in lengths of the arc.
 _MARK = 0.015, 0.10, 0.2
-_HOLLOW = 1.25  # size of a hollow mark relative to a full one
+_HOLLOW = 1.25  # size of a hollow mark relative to a full mark
 _CLEAR = 0.35  # opacity of the swept area
 _ROUND = segments(np.arange(_STEPS + 1))
 _RING = 20
@@ -46,9 +48,18 @@ _WIRES = np.vstack([k * _RING + segments(np.append(np.arange(_RING), 0)) for k i
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle about the line from `first` (P) to `end` (E), with C at centre + aside, (3,) each.
+    """A circle about a line, on which a joint moves. All vectors are (3,).
 
-    `axis` is the unit vector from P to E.
+    Attributes
+    ----------
+    first, end
+        The ends of the line.
+    axis
+        The unit vector from `first` to `end`.
+    centre
+        The centre of the circle, on the line.
+    aside
+        The vector from the centre to the joint.
     """
 
     first: Array
@@ -58,19 +69,19 @@ class Circle:
     aside: Array
 
     def widened(self, radius: float) -> Circle:
-        """Return the circle with at least this radius."""
+        """Return the circle, with a radius of at least `radius`."""
         own = float(np.linalg.norm(self.aside))
         return self if own >= radius else replace(self, aside=self.aside * (radius / own))
 
     def at(self, angles: Array) -> Array:
-        """Return the positions of C turned about the line by angles (n,) in radians, (n, 3)."""
+        """Return the positions of the joint after rotations by angles (n,) in radians, (n, 3)."""
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
 def circle_of(limb: Limb, positions: Array) -> Circle | None:
     """Return a limb's circle for positions (joints, 3), or None if it is straight or folded.
 
-    The middle joint of a straight limb has no angle about the line; a folded limb has no line.
+    The middle joint of a straight limb has no angle about the line, and a folded limb has no line.
     """
     first, middle, end = positions[[limb.parent, limb.child, limb.end]]
     length = float(np.linalg.norm(middle - first) + np.linalg.norm(end - middle))
@@ -89,8 +100,8 @@ def helper_circle(
 ) -> Circle | None:
     """Return the circle of a twist bone in a pose, or None if its bone has no length.
 
-    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the figure's
-    height. `aside` of the circle turns with the twist bone.
+    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the height of
+    the figure. The vector `aside` of the circle turns with the twist bone.
     """
     rotations, positions = pose
     upper = int(skeleton.parents[helper.parent])
@@ -109,10 +120,10 @@ def helper_circle(
 
 
 def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
-    """Return the circle about the middle of a bone with the given ends, (2, 3).
+    """Return the circle about the middle of a bone with the given ends, (2, 3), or None.
 
-    `front` is the direction of the bone's front, (3,). `height` is the figure's height. The result
-    is None if the bone has no length, or if its front points along it.
+    `front` is the direction of the bone's front, (3,), and `height` is the height of the figure.
+    The result is None if the bone has no length, or if its front points along the bone.
     """
     first, end = ends
     length = float(np.linalg.norm(end - first))
@@ -128,14 +139,14 @@ def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
 
 
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones of a limb from P to E, as pairs (parent, joint)."""
+    """Return the bones of a limb from its first joint to its end, as pairs (parent, joint)."""
     return [(int(skeleton.parents[j]), j) for j in joint_path(skeleton, limb.parent, limb.end)]
 
 
 class LimbCircle:
-    """The line and circle of a limb or bone, and a fan with an arrow that shows the correction.
+    """The line and the circle of a limb or bone, and a fan with an arrow that shows the correction.
 
-    A hollow mark on the rim shows the captured position, and a full one the corrected position.
+    A hollow mark on the circle shows the captured position, and a full mark the corrected position.
     """
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
@@ -147,10 +158,11 @@ class LimbCircle:
         self.circle = Piece(_STEPS + 1, lines=_ROUND, channels=0).unlit(width=2.0)
         self.swept = Piece(_ARC + 2, faces=fan, channels=0).unlit().blended()
         self.swept.actor.GetProperty().SetOpacity(_CLEAR)
-        edges = _ARC + 3 + np.arange(4).reshape(2, 2)  # of the fan
+        edges = _ARC + 3 + np.arange(4).reshape(2, 2)  # edges of the fan
         self.way = Piece(_ARC + 7, lines=np.vstack([way, tip, edges])).unlit(width=4.0)
         self.before = Piece(len(_HOOPS), lines=_WIRES, channels=0).unlit(width=2.0)
-        self.core = Piece(len(SPHERE), faces=TRIANGLES, channels=0).unlit()  # makes it look hollow
+        # Makes the mark look hollow
+        self.core = Piece(len(SPHERE), faces=TRIANGLES, channels=0).unlit()
         self.after = Piece(len(SPHERE), faces=TRIANGLES, channels=0).lit()
         self.pieces = (
             self.line, self.circle, self.swept, self.way, self.core, self.before, self.after
@@ -166,14 +178,14 @@ class LimbCircle:
             piece.remove()
 
     def colour(self, theme: Theme) -> None:
-        """Apply the theme's colours."""
+        """Use the colours of a theme."""
         for piece in (self.line, self.circle):
             piece.tint(rgb(theme.soft))
         for piece in (self.swept, self.before):
             piece.tint(rgb(theme.before))
         self.core.tint(rgb(theme.raised))
         self.after.tint(rgb(theme.after))
-        first = np.arange(_ARC + 7) >= _ARC + 5  # the edge at before
+        first = np.arange(_ARC + 7) >= _ARC + 5  # the edge at the captured position
         self.way.paint(np.where(first[:, None], rgb(theme.before), rgb(theme.after)))
 
     def draw(
@@ -185,18 +197,25 @@ class LimbCircle:
         after: Array | None,
         line: bool = True,
     ) -> None:
-        """Draw the circle, or nothing if there is none.
+        """Draw the circle, or nothing if `circle` is None.
 
-        - circle: the circle before correction
-        - offset: the offset of the limb, radians
-        - before: True to draw the captured mark
-        - after: the corrected mark's position, (3,), or None for no mark
-        - line: True to draw the limb's line
+        Parameters
+        ----------
+        circle
+            The circle before correction, or None.
+        offset
+            The offset of the limb in radians.
+        before
+            True to draw the captured mark.
+        after
+            The position of the corrected mark, (3,), or None for no mark.
+        line
+            True to draw the line and the circle; for a bone, only the fan is drawn.
         """
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None
         self.line.show(circle is not None and line)
-        self.circle.show(circle is not None and line)  # of a bone's, only the fan matters
+        self.circle.show(circle is not None and line)  # of a bone, only the fan matters
         for piece in (self.swept, self.way):
             piece.show(both)
         self.before.show(turned and before)
@@ -228,7 +247,7 @@ class LimbCircle:
             self.way.move(np.vstack([self._arrow(circle, -offset), edges]))
 
     def _arrow(self, circle: Circle, turn: float) -> Array:
-        """Return the points of the arrow along the circle to the corrected mark."""
+        """Return the points of the arrow that leads along the circle to the corrected mark."""
         radius = float(np.linalg.norm(circle.aside))
         stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
         size = min(2.0 * self._mark, 0.3 * radius * abs(stop))

@@ -1,4 +1,4 @@
-"""The turn of the selected limb or bone at a frame, and the circle that shows the turn."""
+"""The rotation of the selected limb or bone at a frame, and the circle that shows it."""
 
 from __future__ import annotations
 
@@ -23,16 +23,23 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, rotate
 
 _RIM, _SHARES = 20, (0.3, 0.5, 0.65, 0.8, 0.9, 1.0, 1.1)
-LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
+LEAST_ANGLE = 0.5  # degrees; the rotation of a bone by less is not shown
 
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The circle of a limb or bone before correction, and how the correction turns its mark.
+    """The circle of a limb or bone before correction, and the effect of the correction on its mark.
 
-    - drawn: the offset to draw, in radians
-    - after: the mark's position after correction, (3,)
-    - line: True if the circle is about a limb's line, not about a bone
+    Attributes
+    ----------
+    circle
+        The circle before correction.
+    drawn
+        The offset to draw, in radians.
+    after
+        The position of the mark after correction, (3,).
+    line
+        True if the circle is about the line of a limb, False if it is about a bone.
     """
 
     circle: Circle
@@ -42,7 +49,7 @@ class Turn:
 
     @property
     def spoke(self) -> Array:
-        """The line from the centre to the middle of the fan's rim, (2, 3)."""
+        """The line from the centre to the middle of the fan's edge, (2, 3)."""
         return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
 
     @property
@@ -62,11 +69,19 @@ def turn_of(
     skeleton: Skeleton,
     height: float,
 ) -> Turn | None:
-    """Return the turn of a chain or limb at a frame, or None if it has no circle.
+    """Return the rotation of a chain or limb at a frame, or None if it has no circle.
 
-    A chain has a circle only if its bone is turned; the fan leads from the bone's captured front to
-    its corrected front. `offset` is in radians. `before` and `after` have global rotations (joints,
-    4) and positions (joints, 3). `height` is the figure's height.
+    A chain has a circle only if its bone is rotated; the fan leads from the captured front of the
+    bone to its corrected front.
+
+    Parameters
+    ----------
+    offset
+        The offset in radians.
+    before, after
+        The global rotations (joints, 4) and positions (joints, 3) before and after correction.
+    height
+        The height of the figure.
     """
     if isinstance(chain, Limb):
         circle = circle_of(chain, before[1])

@@ -1,4 +1,4 @@
-"""A mesh and its actor. Points and colours are updated in place every frame.
+"""A mesh with its actor, whose points and colours are updated in place in every frame.
 
 For speed, arrays are looked up once, plain VTK mappers draw them, and VTK is only notified of
 changes.
@@ -17,10 +17,10 @@ Index = NDArray[np.int64]
 
 
 class Piece:
-    """Vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
+    """Vertices with constant faces, (n, 3) or (n, 4), or constant lines, (n, 2).
 
-    `channels` is the number of channels of a vertex colour, 3 or 4, or 0 for a single colour set by
-    `tint`.
+    `channels` is the number of channels of the vertex colours, 3 or 4, or 0 for a single colour
+    that is set by `tint`.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Piece:
         self._renderers: list[vtkRenderer] = []
 
     def unlit(self, *, width: float = 1.0, back_faces: bool = True) -> Piece:
-        """Draw without lighting. `width` is the width of lines in pixels."""
+        """Draw without lighting, and return the piece. `width` is the width of lines in pixels."""
         prop = self.actor.GetProperty()
         prop.LightingOff()
         prop.SetLineWidth(width)
@@ -73,7 +73,7 @@ class Piece:
         return self
 
     def lit(self) -> Piece:
-        """Draw with slight lighting and gloss, so that faces are easy to distinguish."""
+        """Draw with slight lighting and gloss, to make faces distinguishable. Return the piece."""
         prop = self.actor.GetProperty()
         prop.SetAmbient(0.70)
         prop.SetDiffuse(0.50)
@@ -82,16 +82,16 @@ class Piece:
         return self
 
     def blended(self) -> Piece:
-        """Draw after all opaque pieces, even if the colours are opaque now."""
+        """Draw after all opaque pieces, even if the colours are opaque now. Return the piece."""
         self.actor.ForceTranslucentOn()
         return self
 
     def tint(self, colour: ArrayLike) -> None:
-        """Set the single colour, (3,) in 0…255, of a piece without vertex colours."""
+        """Set the colour, (3,) in 0…255, of a piece without vertex colours."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
     def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Set the vertices (V, 3) and, for a piece with normals, also the normals (V, 3)."""
+        """Set the vertices, (vertices, 3), and the normals of a piece with normals."""
         self.points[:] = points
         self._data.Modified()
         if self._normals is not None and normals is not None:
@@ -100,7 +100,7 @@ class Piece:
         self._mesh.Modified()
 
     def paint(self, colours: ArrayLike) -> None:
-        """Set the colours of the vertices, (V, channels)."""
+        """Set the colours of the vertices, (vertices, channels)."""
         self.colours[:] = colours
         if self._scalars is not None:
             self._scalars.Modified()
@@ -117,7 +117,7 @@ class Piece:
         return bool(self.actor.GetVisibility())
 
     def add_to(self, renderer: vtkRenderer) -> Piece:
-        """Add the mesh to a renderer."""
+        """Add the mesh to a renderer, and return the piece."""
         renderer.AddActor(self.actor)
         self._renderers.append(renderer)
         return self
@@ -129,10 +129,10 @@ class Piece:
         self._renderers.clear()
 
 
-def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
-    """Add a small mesh of every kind in the background colour `paper`, (3,), to be invisible.
+def add_warm_up_meshes(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
+    """Add a small mesh of each kind, invisible in the background colour `paper`, (3,).
 
-    Drawing these before the first clip makes the driver compile its shaders early.
+    When these are drawn before the first clip, the driver compiles its shaders early.
     """
     triangle, line = [[0, 1, 2]], [[0, 1]]
     made = [
@@ -151,7 +151,7 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
 
 
 def segments(lines: Index) -> Index:
-    """Return the segments (n, 2) of lines. Each line is a row of point indices."""
+    """Return the segments (n, 2) of lines. A line is a row of point indices."""
     return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
 
 

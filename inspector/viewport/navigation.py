@@ -1,7 +1,7 @@
-"""Control the camera with mouse and wheel over the 3D view.
+"""Control the camera with the mouse and the wheel over the 3D view.
 
-VTK's own interaction styles are not used, because they render twice per move, tip the figure over,
-and have keys that quit or change the scene.
+VTK's own interaction styles are not used, because they render twice per movement, tip the figure
+over, and have keys that quit or change the scene.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-_CLICK = 4.0  # maximum pixels of movement in a click
+_CLICK = 4.0  # maximum movement of a click in pixels
 _TURN = 0.0075  # radians per pixel
-_STEP = 1.15  # zoom per wheel notch
+_STEP = 1.15  # zoom factor per notch of the wheel
 
 
 class Navigation(QObject):
-    """Filters a widget's events: drag, Shift+drag or middle drag, wheel, click, hover."""
+    """Handles the mouse events of a widget: drags, the wheel, clicks and movements."""
 
-    steered = Signal(object)  # a function from OrbitCamera to OrbitCamera
+    steered = Signal(object)  # with a function that takes and returns an OrbitCamera
     clicked = Signal(QPointF)
     hovered = Signal(QPointF)
 
@@ -30,10 +30,10 @@ class Navigation(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle events for the camera. VTK gets no input at all."""
+        """Handle events for the camera. VTK gets no input."""
         kind = event.type()
         if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-            event.ignore()  # pass on to the window, which handles keys
+            event.ignore()  # passes the key to the window
             return True
         if isinstance(event, QWheelEvent):
             self._zoom(event.angleDelta().y() / 120.0)

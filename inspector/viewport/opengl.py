@@ -10,7 +10,7 @@ from inspector.language import tr
 
 _GL_RENDERER = 0x1F01
 _PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's image is blank
-_WAYLAND = "wayland"  # also 'wayland-egl'; pyvistaqt cannot draw there yet
+_WAYLAND = "wayland"  # also matches 'wayland-egl'; pyvistaqt cannot draw there yet
 _STRONG = ("nvidia", "geforce", "quadro", "rtx", "radeon", "amd", "apple m")
 _NO_OPENGL = tr(
     "The 3D view needs OpenGL 3.2, which is not available on this display.\n"
@@ -25,7 +25,7 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi g
 
 @functools.cache
 def renderer_name() -> str:
-    """Return the driver's name, or '' without desktop OpenGL 3.2. The result is cached."""
+    """Return the name of the OpenGL driver, or '' without desktop OpenGL 3.2. Cached."""
     platform = QGuiApplication.platformName()
     if platform in _PICTURELESS or platform.startswith(_WAYLAND):
         return ""
@@ -49,18 +49,18 @@ def renderer_name() -> str:
 
 
 def is_software() -> bool:
-    """True if OpenGL is rendered in software."""
+    """Return True if OpenGL renders in software."""
     return any(word in renderer_name().lower() for word in _SOFTWARE)
 
 
 def multisamples() -> int:
-    """Return the samples per pixel: 0 with software rendering, 8 with hardware."""
+    """Return the samples per pixel: 0 in software, 8 on a strong graphics card, 4 on others."""
     if is_software():
         return 0
     return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
 
 
 def complaint() -> str:
-    """Return the reason why there is no 3D view if `renderer_name` is empty."""
+    """Return the reason why there is no 3D view. Call this if `renderer_name` is empty."""
     on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
     return _NO_XWAYLAND if on_wayland else _NO_OPENGL

@@ -1,4 +1,4 @@
-"""Trails of hands and feet around a frame, before and after correction and tracking.
+"""The trails of hands and feet around a frame, before and after correction and tracking.
 
 A twist correction moves no joint [Choi26 §3.2], so both trails coincide unless the clip is tracked.
 """
@@ -18,11 +18,11 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
 REACH = 1.0  # seconds before and after the frame
-_NEARER = 0.004  # share of the distance to the eye
+_NEARER = 0.004  # relative to the distance from the eye
 
 
 def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
-    """Return hands and feet, or the last joints of the hierarchy if limbs are unknown."""
+    """Return hands and feet, or the last joints of the hierarchy if there are no known limbs."""
     found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
     if not found:
         found = {joint for joint, _ in motion.skeleton.ends}
@@ -30,14 +30,15 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The trails as fading lines: broad as captured, thin and on top after correction."""
+    """The trails as fading lines: broad for the captured clip, and thin on top after correction."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
-        """Set up the trails. There is one renderer, or two for before and after."""
+        """Set up the trails. There is one renderer, or one each for before and after."""
         data = document.data
         assert data is not None
         self._document, self._data = document, data
-        self._length = max(1, round(REACH * data.motion.fps))  # frames on either side
+        # Number of frames before and after the frame
+        self._length = max(1, round(REACH * data.motion.fps))
         self._joints = end_effectors(data.motion, find_chains(data.motion))
         self._stops = 2 * self._length + 1
         count = len(self._joints) * self._stops
@@ -46,10 +47,10 @@ class Trails:
         self.after = Piece(count, lines=lines).unlit(width=2.0).add_to(renderers[-1])
         self._drawn: tuple[int, bytes] = (-1, b"")
         self._known: tuple[int, int, Array, Array] | None = None
-        self.apart = 0.0  # largest distance between both trails, in the file's unit
+        self.apart = 0.0  # largest distance between the two trails, in the unit of the file
 
     def colour(self, theme: Theme, background: Array) -> None:
-        """Apply the theme's colours."""
+        """Use the colours of a theme."""
         fade = np.linspace(1.0, -1.0, self._stops)
         strength = np.where(fade >= 0.0, 1.0 - 0.35 * fade, 1.0 + 0.75 * fade)[:, None]
         for piece, colour in (
@@ -60,12 +61,12 @@ class Trails:
             piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
-        """Discard the computed positions. Called when the review has changed."""
+        """Discard the computed positions, because the review has changed."""
         self._known = None
         self._drawn = (-1, b"")
 
     def draw(self, frame: int, eye: Array, *, before: bool, after: bool) -> None:
-        """Draw the trails around a frame, seen from a point (3,)."""
+        """Draw the trails around a frame, seen from the point `eye` (3,)."""
         self.before.show(before)
         self.after.show(after)
         if self._drawn == (frame, eye.tobytes()):
@@ -73,12 +74,12 @@ class Trails:
         self._drawn = (frame, eye.tobytes())
         first, second = self._around(frame)
         self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
-        # Shift along the line of sight, so that it is on top at the same point of the image.
+        # Move the trail toward the eye, so that it is on top at the same place in the image.
         for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
             piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
-        """Return both trails around a frame, (stops, joints, 3). The clip's ends are repeated.
+        """Return both trails around a frame, (stops, joints, 3). The ends of the clip are repeated.
 
         Several seconds are computed at once, so that playing needs only a look-up.
         """
@@ -97,6 +98,6 @@ class Trails:
         return before[at - start], after[at - start]
 
     def remove(self) -> None:
-        """Remove the trails from the picture."""
+        """Remove the trails from the image."""
         self.before.remove()
         self.after.remove()

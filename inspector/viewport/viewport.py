@@ -21,13 +21,13 @@ from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.dial import Dial
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
 from inspector.viewport.lights import background, make_plotter
-from inspector.viewport.mesh_actor import Piece, specimens
+from inspector.viewport.mesh_actor import Piece, add_warm_up_meshes
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene
 from inspector.viewport.signs import show_signs
 from inspector.widgets.labels import plain_text
-from inspector.widgets.later import Stale
+from inspector.widgets.later import RedrawRequests
 from inspector.widgets.theme import Colours, Theme
 
 _HINT = QSize(400, 400)
@@ -54,7 +54,7 @@ class Viewport(Steering):
         self._scale = 1.0
         self._drawn: int | None = None  # the selected interval in the scene
         self._painted: int | None = None  # and on the screen
-        self._stale = Stale(self)
+        self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._timer = QTimer(self, singleShot=True, interval=_AFTER_CURVES_MS)
         self._timer.timeout.connect(self.refresh)
@@ -224,7 +224,7 @@ class Viewport(Steering):
             self._specimens = []
             self._repaint()  # lighting makes them slightly visible
         elif self.view is not None and self._scene is None:
-            self._specimens = specimens(self.view.renderer, background(self.theme))
+            self._specimens = add_warm_up_meshes(self.view.renderer, background(self.theme))
             self.view.renderer.reset_camera(render=False)
             self._warmer.start()
             self._repaint()

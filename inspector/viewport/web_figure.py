@@ -1,7 +1,7 @@
 """The 3D figure of web pages: its mesh, its colours and its scripts.
 
 The scripts are in assets/lesson_page. The 3D library three.js comes from the package trimesh, which
-contains it for its own viewer.
+includes it for its own viewer.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
 
 PAGE_PARTS = ASSETS / "lesson_page"
-# The scripts that draw a figure, without those of a page about a lesson.
+# The scripts that draw a figure, without the scripts for the page of a lesson.
 FIGURE_SCRIPTS = (
     *("swing_twist.js", "clip_data.js", "orbit_camera.js", "striped_skin.js", "figure_view.js"),
     *("hand.js", "playback.js"),
@@ -83,7 +83,7 @@ def skin_data(
 
 
 def emphasised(bones: Sequence[BoneSegment], chain: Chain | None, skeleton: Skeleton) -> list[int]:
-    """Return the indices of the bones of a chain or limb, which a page is about."""
+    """Return the indices of the bones of a chain or limb, which are emphasised on a page."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {
@@ -105,14 +105,14 @@ def theme_data(theme: Theme) -> dict[str, Any]:
 
 
 def page_part(name: str) -> str:
-    """Return the text of a script or style."""
+    """Return the text of a script or a style sheet."""
     return (PAGE_PARTS / name).read_text(encoding="utf-8")
 
 
 def three_js() -> str:
     """Return three.js from the package trimesh, with its licence.
 
-    Raises TwistError if it is missing.
+    Raises TwistError if three.js is missing.
     """
     package = find_spec("trimesh")
     if package is None or package.origin is None:

@@ -1,4 +1,4 @@
-"""The axes of the plots. They show as many round numbers as fit."""
+"""The axes of the plots. An axis shows as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from inspector.widgets.signed_numbers import plain
 from twistcore.skeleton.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
-_TICK_ROOM = 13.0  # pixels between two labels of the root scale, at the usual type size
+_TICK_ROOM = 13.0  # pixels between two labels of the square-root scale, at the default font size
 
 
 def root_scale(degrees: Array | float) -> Array:
     """Return the signed square root of an angle in degrees.
 
-    The scale makes a τ of 5° easy to drag next to a jump of 170°.
+    On this scale, a τ of 5° is easy to drag even if the plot also shows a jump of 170°.
     """
     value = np.asarray(degrees, dtype=np.float64)
     scaled: Array = np.sign(value) * np.sqrt(np.abs(value))
@@ -27,12 +27,15 @@ def root_scale(degrees: Array | float) -> Array:
 
 
 def from_root_scale(value: float) -> float:
-    """Return the angle in degrees for a value on the root scale."""
+    """Return the angle in degrees of a value on the square-root scale."""
     return float(np.sign(value) * value * value)
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Select positions from `places`, in ascending order, at least `room` apart."""
+    """Select as many positions as possible that are at least `room` apart, in order.
+
+    `places` are the positions in ascending order.
+    """
     chosen = [-math.inf]
     for at in places:
         if at - chosen[-1] >= room:
@@ -41,7 +44,13 @@ def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
 
 
 class Axis(pg.AxisItem):
-    """An axis that passes mouse input on to the plot. `type_scale` scales the size of its text."""
+    """An axis that passes mouse input on to the plot.
+
+    Attributes
+    ----------
+    type_scale
+        The factor by which the text is larger than the default font size.
+    """
 
     type_scale = 1.0
 
@@ -56,7 +65,7 @@ class UnitAxis(Axis):
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the ticks. Ticks with labels that would be cut off at the ends are left out."""
+        """Return the tick positions, without those whose labels would be cut off at the ends."""
         room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -72,16 +81,19 @@ class UnitAxis(Axis):
 class RootAxis(Axis):
     """An axis of degrees on a signed square-root scale.
 
-    `taken` is a position on this scale at which no number is shown.
+    Attributes
+    ----------
+    taken
+        A position on this scale at which no number is shown, or None.
     """
 
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Show no number at a position on this scale, because the plot draws something there."""
+        """Show no number at a position on this scale, where the plot draws something else."""
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
-            self.picture = None  # drawn again at the next repaint
+            self.picture = None  # the axis is drawn again at the next repaint
 
     def _room(self) -> float:
         low, high = (float(v) for v in self.range)
@@ -93,19 +105,25 @@ class RootAxis(Axis):
         return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return as many round numbers of degrees as fit."""
+        """Return tick positions at as many round numbers of degrees as fit."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._overlapped())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels in degrees for positions on the square-root scale."""
+        """Return the tick labels in degrees for positions on the square-root scale."""
         return [f"{plain(from_root_scale(v), 0)}°" for v in values]
 
 
 class FrameAxis(Axis):
-    """An axis of whole frame numbers. `first` is the number of the first frame."""
+    """An axis of whole frame numbers.
+
+    Attributes
+    ----------
+    first
+        The number of the first frame.
+    """
 
     first = 0
 
@@ -114,5 +132,5 @@ class FrameAxis(Axis):
         return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the frame numbers as labels."""
+        """Return the tick labels: frame numbers, counted from `first`."""
         return [plain(v + self.first, 0) for v in values]

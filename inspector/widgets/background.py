@@ -16,9 +16,8 @@ from twistcore.work.progress import Cancelled, Tell
 class _Post(QObject):
     """Executes calls from other threads in the GUI thread.
 
-    This object outlives every task. A signal of the task itself would not be safe, because the GUI
-    thread, which already has the result, could delete the task while a thread still emits the
-    signal.
+    This object outlives every task. A task's own signal would not be safe: the GUI thread, once it
+    has the result, could delete the task while the other thread is still emitting the signal.
     """
 
     said = Signal(object)
@@ -95,7 +94,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Runs one task at a time. A new task replaces the running one."""
+    """Runs one task at a time. A new task cancels the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -115,8 +114,9 @@ class OneTask(QObject):
     ) -> None:
         """Run `work(tell)` in a thread, then call `done` with the result.
 
-        If the work fails, call `failed` with the exception instead. If another task replaces this
-        one, call neither.
+        If the work fails, `failed` is called with the exception instead. If another task replaces
+        this one, neither is called. `progress` is called with the share of the work that is done,
+        0…1.
         """
         self.cancel()
         self._task = Task(work, self)
@@ -149,5 +149,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for running tasks. Return False if they have not ended after this time."""
+    """Wait for running tasks. Return False if any is still running after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

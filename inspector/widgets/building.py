@@ -23,7 +23,8 @@ _Label = TypeVar("_Label", bound=QLabel)
 _Box = TypeVar("_Box", bound=QBoxLayout)
 _Margins = tuple[int, int, int, int]  # pixels: left, top, right, bottom
 
-# A widget, a layout or a text; one of these with its stretch; a number of pixels; or a stretch.
+# A part of a layout: a widget, a layout or a text; a widget or layout with its stretch factor; a
+# number of pixels; or None for a stretch.
 Part = QWidget | QLayout | str | tuple[QWidget | QLayout, int] | int | None
 
 
@@ -35,8 +36,14 @@ def hbox(
 ) -> QHBoxLayout:
     """Return a layout that arranges parts from left to right.
 
-    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels; None means
-    the style's default.
+    Parameters
+    ----------
+    parts
+        The parts; see `Part`.
+    owner
+        The widget that gets the layout, or None.
+    margins, spacing
+        Sizes in pixels; None means the style's default.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -74,7 +81,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """A widget with parts side by side or, if it is too narrow, one above the other."""
+    """A widget that shows its parts side by side or, if it is too narrow, one below the other."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -92,14 +99,14 @@ class Wrapping(QWidget):
         self._arrange()
 
     def event(self, event: QEvent) -> bool:
-        """Arrange the parts again after a change of a part's text."""
+        """Arrange the parts again if the text of a part has changed."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._arrange()
         return super().event(event)
 
     @property
     def row_width(self) -> int:
-        """The width, in pixels, that all parts need side by side."""
+        """The width, in pixels, that is needed to show all parts side by side."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
         return sum(part.minimumSize().width() for part in self._parts) + gaps
 
@@ -117,16 +124,16 @@ def soft(label: _Label) -> _Label:
 
 
 def hint(text: str = "") -> QLabel:
-    """Return a centred label for an empty panel."""
+    """Return a centred label with a hint for an empty panel."""
     return soft(QLabel(text, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True))
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
     """Return a small button with a word or a symbol.
 
-    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are characters,
-    because the style's black icons are invisible in a dark window. Screen readers read the tool
-    tip, because they cannot read symbols.
+    If `flat` is True, the frame of the button is visible only while the mouse is over it. Symbols
+    are characters, because the style's black icons are invisible in a dark window. Screen readers
+    read the tool tip of a symbol.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -139,7 +146,7 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 def action_button(action: QAction, short: str = "") -> QToolButton:
     """Return a button for an action.
 
-    `short` is a short text for the button, used where the context explains the rest.
+    `short` is a shorter text for the button, for places that explain the rest.
     """
     if short:
         action.setIconText(short)
@@ -149,7 +156,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """Return a scroll area whose content fills it, but never gets smaller than its minimum."""
+    """Return a scroll area that resizes its content to fit, but never below the minimum size."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)
@@ -157,6 +164,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show a widget in front of others. If it is a dock in tabs, select its tab."""
+    """Show a widget in front of others. If it is a dock behind other tabs, select its tab."""
     widget.show()
     widget.raise_()

@@ -12,14 +12,16 @@ from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, Q
 
 from inspector.widgets.theme import Theme
 
-_PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view is at 0, 1
+# Row and column of each axis; the view is at (0, 1)
+_PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}
 
 
 class Canvas(pg.GraphicsView):
-    """A plot with its axes. It is repainted after a call of `touch`.
+    """A plot with its axes. Call `touch` to repaint it.
 
     By default, every graphics scene repaints the window separately, so four plots would cause four
-    repaints. pyqtgraph's plot widget also creates forty widgets for a menu that is never used.
+    repaints. The plot widget of pyqtgraph would also create forty widgets for a menu that is never
+    used.
     """
 
     def __init__(
@@ -30,8 +32,12 @@ class Canvas(pg.GraphicsView):
     ) -> None:
         """Build the plot.
 
-        `axes` are keyed by side: 'left', 'bottom' or 'right'. `view` shows the curves; None creates
-        a view without mouse input.
+        Parameters
+        ----------
+        axes
+            The axes, keyed by side: 'left', 'bottom' or 'right'.
+        view
+            The view that shows the curves; None creates a view without mouse input.
         """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
@@ -60,7 +66,7 @@ class Canvas(pg.GraphicsView):
         """Add an item to the view without changing the range of the axes."""
         self.view.addItem(item, ignoreBounds=True)
 
-    def colour_ground(self, theme: Theme) -> None:
+    def colour_background(self, theme: Theme) -> None:
         """Use the theme's colours for the background and the axes."""
         self.setBackground(theme.surface)
         for axis in self.axes.values():
@@ -68,7 +74,7 @@ class Canvas(pg.GraphicsView):
             axis.setTextPen(QColor(theme.soft))
 
     def count_from(self, first: int) -> None:
-        """Set the number that the axis shows for the first frame."""
+        """Set the number that the bottom axis shows for the first frame."""
         axis = self.axes["bottom"]
         axis.first, axis.picture = first, None
         self.touch()
@@ -79,12 +85,12 @@ class Canvas(pg.GraphicsView):
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Request that the plot is repainted together with the window."""
+        """Request a repaint of the plot, together with the window."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line that can be dragged.
+    """A line for the threshold τ that can be dragged.
 
     `changed` is emitted when the line moves, and when the mouse enters or leaves it.
     """
@@ -95,12 +101,12 @@ class TauLine(pg.InfiniteLine):
         super().__init__(movable=True, **options)
         self.sigPositionChanged.connect(self.changed)
 
-    def let_go(self) -> None:
-        """Stop dragging, so that the mouse no longer moves the line."""
+    def stop_dragging(self) -> None:
+        """Stop a drag, so that the mouse no longer moves the line."""
         self.moving = False
 
     def setMouseHover(self, hover: bool) -> None:
-        """Emit `changed` when the mouse enters or leaves, because the line's width changes then."""
+        """Emit `changed` when the mouse enters or leaves, because this changes the line's width."""
         if hover != self.mouseHovering:
             super().setMouseHover(hover)
             self.changed.emit()

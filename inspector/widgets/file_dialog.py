@@ -39,9 +39,9 @@ def ask_where(
     wanted: Path,
     suffix: str = "",
 ) -> None:
-    """Let the user choose the name of a file to write, then call `then` with its path.
+    """Let the user choose a path to write to, then call `then` with it.
 
-    `wanted` is the proposed path. `suffix` is added to a name that has no suffix.
+    `wanted` is the proposed path. `suffix` is added to a name without a suffix.
     """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -70,11 +70,11 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
     """Draw the arrows of Qt's file dialog in the text colour.
 
-    By default, they are black, so they are invisible in a dark window.
+    Qt's own arrows are black, which is invisible in a dark window.
     """
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)
-        if button is None:  # the desktop's own dialog
+        if button is None:  # this is the desktop's own dialog
             return
         drawn = QIcon()
         for mode, group in (

@@ -1,6 +1,6 @@
-"""The fonts shipped with the program. Columns of numbers look the same on all systems.
+"""The fonts shipped with the program, with which columns of numbers look the same on all systems.
 
-The fonts are those of matplotlib, which the window needs anyway.
+They are the fonts of matplotlib, which the window needs anyway.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ _FILES = tuple(
     f"DejaVuSans{style}.ttf"
     for style in ("", "-Bold", "-Oblique", "-BoldOblique", "Mono", "Mono-Bold")
 )
-_PICTURED = 9.0  # points
+_PICTURED = 9.0  # points; the font size in screenshots
 
 
 def font_folder() -> Path | None:
-    """Return the folder of matplotlib's fonts, or None. This does not import matplotlib."""
+    """Return the folder of matplotlib's fonts, or None, without importing matplotlib."""
     spec = find_spec("matplotlib")
     places = (spec and spec.submodule_search_locations) or ()
     return next((Path(place) / _FOLDER for place in places), None)
@@ -30,10 +30,10 @@ def font_folder() -> Path | None:
 
 @cache
 def shipped_families() -> frozenset[str]:
-    """Return the family names of the fonts. The first call loads them into Qt (5 ms).
+    """Return the family names of the shipped fonts. The first call loads them into Qt (5 ms).
 
-    A Linux distribution may store them in another folder. In that case the set is empty, and the
-    program uses the system's fonts.
+    A Linux distribution may store the fonts in another folder. In that case the set is empty, and
+    the program uses the system's fonts.
     """
     folder = font_folder()
     files = [folder / name for name in _FILES] if folder else []
@@ -48,7 +48,7 @@ def use_shipped_fonts() -> None:
     font = QFont(QApplication.font())
     font.setFamilies([SANS])
     font.setPointSizeF(_PICTURED)
-    # These override the system's fontconfig settings.
+    # These settings override those of the system's fontconfig.
     font.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
     font.setStyleStrategy(QFont.StyleStrategy.NoSubpixelAntialias)
     QApplication.setFont(font)

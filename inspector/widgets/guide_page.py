@@ -1,4 +1,4 @@
-"""The window of the guide: the pages of docs/ with links, pictures, history and search."""
+"""The guide's window: the pages of docs/ with links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ _TOPICS = (
 )
 _MARGIN = 24  # pixels around a page
 _MARKS = re.compile(r"[*_`]|\]\([^)]*\)|\[")  # emphasis, code and links in Markdown
-_SETTLE_MS = 150  # wait until resizing ends
-_PICTURES = (".png", ".svg", ".gif")  # the first frame, for a film
+_SETTLE_MS = 150  # time without resizing after which pictures are fitted
+_PICTURES = (".png", ".svg", ".gif")  # of a film, the first frame is shown
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 
 
 class GuidePage(QWidget):
-    """The window of the guide."""
+    """The guide's window."""
 
     def __init__(self, owner: QWidget, colours: Colours, docs: Path = DOCS) -> None:
         super().__init__(owner, Qt.WindowType.Window)
@@ -102,13 +102,13 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """Search from the start of the current match, after a change of the search text."""
+        """Search from the start of the current match. Called when the search text changes."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
 
     def _find_next(self) -> None:
-        """Move to the next match or, after the last one on this page, to another page."""
+        """Move to the next match. After the last match on this page, go to another page."""
         words, cursor = self.line.text(), self.browser.textCursor()
         if words and self.browser.document().find(words, cursor).isNull():
             self.browser.go_to_page_with(words)
@@ -130,7 +130,7 @@ class GuidePage(QWidget):
             self.browser.ensureCursorVisible()
 
     def _leave(self) -> None:
-        """Clear the search. If it is already empty, close the guide. Called when Esc is pressed."""
+        """Clear the search or, if it is empty, close the guide. Called when Esc is pressed."""
         if self.line.hasFocus() and self.line.text():
             self.line.clear()
         else:
@@ -138,13 +138,13 @@ class GuidePage(QWidget):
 
 
 class MarkdownPage(QTextBrowser):
-    """A Markdown page that draws faint lines between table rows instead of Qt's grid."""
+    """A Markdown page with faint lines between the rows of tables instead of Qt's grid."""
 
     def soften_tables(self) -> None:
         """Replace the grid in the tables of the current page with faint lines."""
         line = self.palette().color(QPalette.ColorRole.Mid)
         whole = QTextCursor(self.document())
-        whole.beginEditBlock()  # in one block, or every cell would cause a new layout of the page
+        whole.beginEditBlock()  # One block, because every cell would cause a new layout of the page
         for frame in self.document().rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 looks = frame.format()
@@ -174,7 +174,8 @@ class Pages(MarkdownPage):
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
-        # Always visible, because the layout ignores a bar that appears later (pictures too wide).
+        # The bar is always visible: the layout does not take account of one that appears later, so
+        # pictures would be too wide.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.shown_heading = ""  # the heading of the last followed link
         self.setOpenLinks(False)
@@ -187,7 +188,7 @@ class Pages(MarkdownPage):
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def pages_with(self, words: str) -> list[str]:
-        """Return the pages that contain some words, first those with the words in a heading."""
+        """Return the pages that contain these words, first those with the words in a heading."""
         found = []
         for path in self._docs.glob("*.md"):
             text = _MARKS.sub("", path.read_text("utf-8")).casefold()
@@ -197,7 +198,7 @@ class Pages(MarkdownPage):
         return [name for _, name in sorted(found)]
 
     def go_to_page_with(self, words: str) -> None:
-        """Show the next page that contains some words, at a heading with them if there is one.
+        """Show the next page that contains the given words, at a heading with them if there is one.
 
         After the last page, continue with the first one.
         """
@@ -214,7 +215,7 @@ class Pages(MarkdownPage):
             block = block.next()
 
     def _follow(self, url: QUrl) -> None:
-        """Open a link: a page at its top or at a heading, or a web page in the browser."""
+        """Open a link: a page at its top or at a heading, or a web address in the browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -260,7 +261,7 @@ class Pages(MarkdownPage):
             return as_markdown(Path(self.source().resolved(url).toLocalFile()))
         if Path(url.path()).suffix not in _PICTURES:
             return super().loadResource(kind, url)
-        if kind != _Type.ImageResource.value:  # a link to a picture, which is shown as a page
+        if kind != _Type.ImageResource.value:  # a link to a picture; show the picture as a page
             return f"![]({url.fileName()})"
         picture = QImage(self.source().resolved(url).toLocalFile())
         ratio = self.devicePixelRatioF()

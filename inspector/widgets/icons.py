@@ -10,12 +10,13 @@ from inspector.bundled import ICONS
 from inspector.widgets.theme import Theme
 
 SIDE = 18  # pixels at screen scale 1
-_SCALES = (1.0, 2.0)  # scales of screens
-_SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars and menus
+_SCALES = (1.0, 2.0)  # screen scales for which an icon is drawn
+# Pixels; sizes of the program's icon for title bars, task bars and menus
+_SIDES = (16, 22, 24, 32, 48, 64, 128, 256)
 
 
 def has_icon(name: str) -> bool:
-    """True if there is an icon with this name. Icons of actions are named by the action's id."""
+    """Return True if there is an icon with this name. The icon of an action has the action's id."""
     return (ICONS / f"{name}.svg").is_file()
 
 
@@ -41,8 +42,8 @@ def icon(name: str, theme: Theme) -> QIcon:
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
     """Return a square image of an icon.
 
-    `side` is the size of the image in pixels at a screen scale of 1. `scale` is the scale of the
-    screen.
+    `side` is the size of the image in pixels at a screen scale of 1, and `scale` is the screen
+    scale.
     """
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)

@@ -1,4 +1,4 @@
-"""A list with two columns: texts and their keys."""
+"""A list with two columns: texts and their keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -16,11 +16,14 @@ from inspector.widgets.tables import Index
 
 _KEY = Qt.ItemDataRole.UserRole + 1
 _SIDE = Qt.AlignmentFlag.AlignVCenter
-_PAD = 8  # pixels next to a key
+_PAD = 8  # pixels between a shortcut and its neighbours
 
 
 class KeyedList(QListWidget):
-    """A list of texts with keyboard shortcuts, in front of the text or at the right edge."""
+    """A list of texts with keyboard shortcuts.
+
+    If `keys_first` is True, the shortcuts are in front of the texts, else at the right edge.
+    """
 
     def __init__(self, *, keys_first: bool) -> None:
         super().__init__()
@@ -29,7 +32,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """Add a row. `data` is stored in the UserRole of the row."""
+        """Add a row with a text and its shortcut. `data` is stored in the row's UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:
@@ -44,7 +47,7 @@ class _KeyedRows(QStyledItemDelegate):
         self._owner = owner
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint the background of the row, then the text and the key in their columns."""
+        """Paint the background of the row, then the text and the shortcut in their columns."""
         option = QStyleOptionViewItem(option)
         self.initStyleOption(option, index)
         words, option.text = option.text, ""

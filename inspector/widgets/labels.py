@@ -1,7 +1,7 @@
 """Labels whose text can change without moving other widgets.
 
-An ordinary label requests a new layout at every change, so each step of a drag would cause an
-additional layout and repaint of the window.
+An ordinary label requests a new layout whenever its text changes, so each step of a drag would
+cause an additional layout and repaint of the window.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 from twistcore.files.encoding import legible
 
 _TAG = re.compile("[<&]")
-_MOST = 4000  # maximum number of letters, since laying out millions takes minutes
+_MOST = 4000  # maximum number of letters, because the layout of millions takes minutes
 _LARGE = 2000  # pixels: larger than any label
-_ASIDE = 4  # pixels next to a line of the status bar
-_STILL_MS = 400  # screen readers get a line that has not changed for this time
+_ASIDE = 4  # pixels left and right of a line in the status bar
+_STILL_MS = 400  # a line that has not changed for this time is passed to screen readers
 
 
 class SteadyLabel(QLabel):
@@ -55,7 +55,7 @@ class SteadyLabel(QLabel):
         """Recompute the size after a change of the font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
-            self.setMinimumSize(0, 0)  # without this, the size hint could not get smaller
+            self.setMinimumSize(0, 0)  # allow the size hint to become smaller
             self.setFixedSize(self.sizeHint())
 
     def _grow(self) -> None:
@@ -67,7 +67,7 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Return rich text that displays the given plain text. Markup in the text is escaped."""
+    """Return rich text that displays a plain text. Markup in the text is escaped."""
     return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
@@ -77,7 +77,7 @@ def bold(text: str) -> str:
 
 
 def as_tip(text: str) -> str:
-    """Return plain text for a tool tip, changed so that Qt does not interpret it as HTML.
+    """Return a plain text for a tool tip, changed so that Qt does not interpret it as HTML.
 
     Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after every '<' and
     '&' prevents this.
@@ -86,17 +86,17 @@ def as_tip(text: str) -> str:
 
 
 def as_entry(text: str) -> str:
-    """Return plain text for menus and buttons, with '&' escaped so that it is no mnemonic."""
+    """Return a plain text for a menu or button, with '&' escaped so that it marks no mnemonic."""
     return legible(text, most=_MOST).replace("&", "&&")
 
 
 def capitalised(text: str) -> str:
-    """Return a text with its first letter capitalised."""
+    """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour '#rrggbb'."""
+    """Return rich text in a colour given as '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
@@ -106,10 +106,10 @@ def plain_text(rich: str) -> str:
 
 
 class Caption(QWidget):
-    """Rich text that is broken into lines and reserves height for its longest text so far.
+    """A paragraph of rich text that reserves height for its longest text so far.
 
     This class positions its inner label itself, so a new text needs no new layout. A short caption
-    shows one line of plain text, and the whole text in its tool tip.
+    shows one line of plain text, with the whole text in its tool tip.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -136,7 +136,7 @@ class Caption(QWidget):
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
-        """True if the caption shows this plain text."""
+        """Return True if the caption shows this plain text."""
         return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
@@ -151,7 +151,7 @@ class Caption(QWidget):
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the lines again at the new width."""
+        """Break the text into lines again for the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 
@@ -176,7 +176,7 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line of text that never widens its parent. A text that does not fit ends with …."""
+    """A line of text that never widens its parent; text that does not fit ends with '…'."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -194,7 +194,7 @@ class ElidedLabel(QLabel):
 class Headline(QLabel):
     """A line of rich text, such as '<b>what</b> more', that never widens its parent.
 
-    A text that does not fit ends with …. Plain text must be escaped.
+    A text that does not fit ends with '…'. Plain text must be escaped.
     """
 
     def __init__(self) -> None:

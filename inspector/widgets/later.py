@@ -1,4 +1,4 @@
-"""Helpers that delay work until pending events are handled, and that combine quick steps."""
+"""Delay work until pending events are handled, and combine quick steps into one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Executes only the last of several requests, after the pending events are handled."""
+    """Executes only the last of several requests, after Qt has handled the pending events."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -19,7 +19,7 @@ class Latest(QObject):
         self._timer.timeout.connect(self.flush)
 
     def ask(self, work: Callable[[], None]) -> None:
-        """Set the function to call, and replace the pending one."""
+        """Set the function to call. A function that was set earlier is no longer called."""
         self._work = work
         self._timer.start()
 
@@ -36,11 +36,11 @@ class Latest(QObject):
             work()
 
 
-class Stale(QObject):
+class RedrawRequests(QObject):
     """Collects requests to redraw a view, and emits `due` once for all of them.
 
-    The signal is queued. It arrives after the change and before Qt's next repaint, so tables, plots
-    and the 3D view are painted together. The view calls `take` when it draws.
+    The signal is queued: it arrives after the change and before Qt's next repaint, so that tables,
+    plots and the 3D view are painted together. The view calls `take` when it draws.
     """
 
     due = Signal()
@@ -63,10 +63,7 @@ class Stale(QObject):
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Return two flags, whether to redraw anything and whether to redraw everything.
-
-        Afterwards, both flags are reset.
-        """
+        """Return whether to redraw anything and whether to redraw all, and reset both flags."""
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken
@@ -76,7 +73,7 @@ class Burst(QObject):
     """Combines quick steps, such as those of a spin box, into one undo step."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """Prepare a burst. `begin_drag` is a function that returns a new id for combined steps."""
+        """Create a burst. `begin_drag` is a function that returns a new id for combined steps."""
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)

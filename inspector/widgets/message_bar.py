@@ -1,4 +1,4 @@
-"""The message bar: messages and questions over another widget."""
+"""The message bar, which shows messages and questions on top of another widget."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.widgets.building import hbox, soft, tool_button
 from inspector.widgets.labels import as_tip
 
 _SHOWN_MS = 8000
-_AROUND = 90  # pixels of margins, gaps and the button that closes the bar
+_AROUND = 90  # pixels for margins, gaps and the close button of the bar
 
 Answers = Sequence[tuple[str, Callable[[], object]]]
 
@@ -22,11 +22,11 @@ class MessageBar(QFrame):
     """A bar that shows the latest message. An error stays until the user closes it.
 
     If an error replaces a question, the question returns when the error is closed. The keys Alt+1,
-    Alt+2 … choose an answer.
+    Alt+2 and so on choose an answer.
     """
 
     def __init__(self, over: QWidget) -> None:
-        """Build the bar. `over` is the widget that the bar covers."""
+        """Build the bar. `over` is the widget on top of which the bar appears."""
         super().__init__(over)
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
@@ -39,17 +39,18 @@ class MessageBar(QFrame):
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
-        self._question: tuple[str, Answers] | None = None  # the waiting question
+        # The question that has not been answered yet
+        self._question: tuple[str, Answers] | None = None
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a message. The text is already in the chosen language.
+        """Show a message, which must already be in the chosen language.
 
         `wrong` is True if the message is an error.
         """
         text = of_core(text)
         if self.asks and not wrong:
-            return  # a question waits for its answer
+            return  # an unanswered question stays visible
         self._show(text, wrong)
         if wrong:
             self._timer.stop()
@@ -70,7 +71,7 @@ class MessageBar(QFrame):
     def offer(self, text: str, answers: Answers) -> None:
         """Show a message with buttons for a limited time.
 
-        If the bar shows an unanswered question, nothing changes.
+        If an unanswered question is visible, nothing changes.
         """
         if not self.asks:
             self._question = None
@@ -78,13 +79,13 @@ class MessageBar(QFrame):
             self._add(answers)
             self._timer.start(2 * _SHOWN_MS)
 
-    def offer_behind(self, text: str, answers: Answers) -> None:
+    def append_offer(self, text: str, answers: Answers) -> None:
         """Append a message with buttons to the current message."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """Hide the bar if it shows this message."""
+        """Hide the bar if it shows this text."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self.close_message()
 
@@ -96,9 +97,9 @@ class MessageBar(QFrame):
         self._add(answers)
 
     def _after_error(self, text: str) -> str:
-        """Return `text`, after the text of the current error if there is one.
+        """Return `text`, preceded by the current error if an error is visible.
 
-        The user can then still read the error.
+        In this way, the user can still read the error.
         """
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
@@ -115,7 +116,7 @@ class MessageBar(QFrame):
         self._stack()
 
     def _stack(self) -> None:
-        """If the view is too narrow, put the buttons one above the other and hide their keys."""
+        """Put the buttons one below the other and hide their keys if the view is too narrow."""
         parts = (self.label, *self.buttons(), self._keys)
         wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
         view = self.parentWidget()
@@ -125,7 +126,7 @@ class MessageBar(QFrame):
         self._keys.setVisible(not narrow)
 
     def clear(self) -> None:
-        """Hide the bar and discard its question."""
+        """Hide the bar, and discard its question."""
         self._question = None
         self._clear()
         self.hide()
@@ -137,7 +138,7 @@ class MessageBar(QFrame):
         return [b for b in every if isinstance(b, QPushButton)]
 
     def close_message(self) -> None:
-        """Hide the bar; if a question waits behind an error, show the question."""
+        """Hide the bar or, if a question waits behind an error, show that question again."""
         if self._question is not None and not self._answers.count():
             self.hide()
             self.ask(*self._question)
@@ -158,6 +159,7 @@ class MessageBar(QFrame):
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
-        if QAccessible.isActive():  # screen readers read it immediately, wherever the focus is
+        # Screen readers read an alert immediately, wherever the focus is
+        if QAccessible.isActive():
             alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
             QAccessible.updateAccessibility(alert)

@@ -1,8 +1,8 @@
 """A native surface for the 3D view, so that Qt draws the other widgets without OpenGL.
 
-If a window contains an OpenGL view, Qt composes the whole window with OpenGL. With software OpenGL
-this takes 8 ms, which is a third of the time between a new τ and its repainted plots. With a
-separate surface, Qt copies the other widgets directly to the screen.
+If a window contains an OpenGL view, Qt normally composes the whole window with OpenGL. Software
+OpenGL needs 8 ms for this, a third of the time between a new τ and its repainted plots. With a
+native surface, Qt copies the other widgets directly to the screen.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from PySide6.QtGui import QGuiApplication, QPaintEvent, QWindow
 from PySide6.QtWidgets import QWidget
 
 
-def own_surface(view: QWidget) -> None:
-    """Give a widget a native surface on X11. This is not known to work on other platforms."""
+def give_native_surface(view: QWidget) -> None:
+    """Give a widget a native surface on X11. On other platforms, do nothing."""
     if QGuiApplication.platformName() == "xcb":
-        # Not its siblings and parents, or closed menus would stay visible between them.
+        # Siblings and parents stay non-native, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
         view.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
         view.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
@@ -24,7 +24,7 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Along(QObject):
-    """Moves the surface when the view's parent moves, because Qt does not do this."""
+    """Moves the native surface when the view's parent moves, because Qt does not do this."""
 
     def __init__(self, view: QWidget) -> None:
         super().__init__(view)
@@ -41,11 +41,11 @@ class _Along(QObject):
 
 
 class _Uncovered(QObject):
-    """Copies the window to the screen again after something has covered it.
+    """Copies the window to the screen again after another window has covered it.
 
     Without a compositor, the screen does not store the covered parts of a window. Qt does not
-    restore a window with an OpenGL view, because it expects OpenGL to compose it. Without this
-    filter, a closed menu would stay visible.
+    restore a window with an OpenGL view, because Qt expects OpenGL to compose that window. Without
+    this filter, a closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:

@@ -1,10 +1,12 @@
 """Decide whether a pressed key is a shortcut of the review or input for a field.
 
-A text field receives characters and the keys for editing and copying them, and a number field
-receives digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number
-field. Enter applies the input, and Esc restores the old text or clears a search. Both return the
-focus to the review. A widget that is hidden loses the focus, and the mouse wheel changes only a
-field that has the focus.
+- A text field receives characters and the keys for editing and copying.
+- A number field receives digits. Ctrl+Z in a number field undoes a step of the review.
+- All other shortcuts of the program still work.
+- Enter applies the input, and Esc restores the old text or clears a search. Both keys return the
+  focus to the review.
+- A widget that is hidden loses the focus.
+- The mouse wheel changes only a field that has the focus.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from shiboken6 import isValid
 _Key = Qt.Key
 _ENDS = (_Key.Key_Return, _Key.Key_Enter, _Key.Key_Escape)
 _MODIFIERS = (_Key.Key_Shift, _Key.Key_Control, _Key.Key_Alt, _Key.Key_AltGr, _Key.Key_Meta)
-_MOVES = (  # with any modifiers
+_MOVES = (  # keys that edit text, with any modifiers
     _Key.Key_Left, _Key.Key_Right, _Key.Key_Home, _Key.Key_End, _Key.Key_Backspace, _Key.Key_Delete,
 )  # fmt: skip
 _STEPS = (_Key.Key_Up, _Key.Key_Down, _Key.Key_PageUp, _Key.Key_PageDown)
@@ -43,10 +45,13 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """A filter for the keys of a window's input fields. Call `watch` for widgets built later."""
+    """A filter for the keys of a window's input fields.
+
+    Call `watch` for widgets that are built later.
+    """
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Start watching. `home` is a function that returns the widget to focus after typing."""
+        """Watch a window. `home` is a function that returns the widget to focus after typing."""
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus
@@ -61,7 +66,7 @@ class ReviewKeys(QObject):
     def watch(self, root: QWidget) -> None:
         """Watch all input fields and tables inside a widget."""
         for table in root.findChildren(QAbstractItemView):
-            table.setTabKeyNavigation(False)  # Tab leaves the table, arrows move in it
+            table.setTabKeyNavigation(False)  # Tab leaves the table, and arrow keys move inside it
         boxes: list[QWidget] = [*root.findChildren(QAbstractSpinBox)]
         boxes += root.findChildren(QComboBox)
         for box in boxes:
@@ -71,10 +76,10 @@ class ReviewKeys(QObject):
             e for kind in (QLineEdit, QTextEdit, QPlainTextEdit) for e in root.findChildren(kind)
         ]
         for widget in (*boxes, *lines):
-            widget.removeEventFilter(self)  # never install it twice
+            widget.removeEventFilter(self)  # prevent a second installation
             widget.installEventFilter(self)
 
-    def go_home(self) -> None:
+    def return_focus(self) -> None:
         """Move the focus back to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
@@ -85,10 +90,10 @@ class ReviewKeys(QObject):
             child = event.child()
             polished = kind == QEvent.Type.ChildPolished and watched is self._window
             if polished and isinstance(child, QWidget):
-                self.watch(child)  # a dialog
+                self.watch(child)  # the child is a dialog
         elif kind == QEvent.Type.Wheel and isinstance(watched, QAbstractSpinBox | QComboBox):
             if not watched.hasFocus():
-                event.ignore()  # the widget below may scroll
+                event.ignore()  # the widget below the field may scroll
                 return True
         elif kind == QEvent.Type.FocusIn and _line(watched) is not None:
             self._before = _text(watched)
@@ -100,9 +105,9 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """True if the watched field belongs to the window or to one of its floating docks.
+        """Return True if the field belongs to the window or to one of its floating docks.
 
-        In a dialog, this is False.
+        Fields of dialogs do not count.
         """
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
@@ -117,7 +122,7 @@ class ReviewKeys(QObject):
             event.accept()
         else:
             if number is not None:
-                number.interpretText()  # apply the typed number before the review's action
+                number.interpretText()  # apply the typed number before the action of the review
             event.ignore()
         return True
 
@@ -125,8 +130,8 @@ class ReviewKeys(QObject):
         if event.key() == _Key.Key_Escape:
             _restore(watched, self._before)
         elif not isinstance(watched, QAbstractSpinBox):
-            watched.event(event)  # the line's own Enter
-        self.go_home()
+            watched.event(event)  # lets the line handle Enter itself
+        self.return_focus()
         return True
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
@@ -134,23 +139,23 @@ class ReviewKeys(QObject):
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
-            self.go_home()
+            self.return_focus()
 
     def _out_of_sight(self, dock: QDockWidget) -> None:
         focus = QApplication.focusWidget()
         if focus is not None and dock.isAncestorOf(focus):
-            self.go_home()
+            self.return_focus()
 
 
-def is_text_written() -> bool:
-    """True if the user is typing text, so that letters must not act as shortcuts."""
+def is_typing_text() -> bool:
+    """Return True if the user is typing text, so that letters must not act as shortcuts."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)
     return focus is not None and not number and _line(focus) is not None
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the text field that is this widget or a part of it, or None."""
+    """Return the text field to which a widget belongs, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):
@@ -176,7 +181,7 @@ def _restore(widget: QObject, before: str) -> None:
     elif isinstance(widget, QComboBox):
         widget.setCurrentText(before)
     elif isinstance(widget, QLineEdit):
-        # A search line has a clear button and becomes empty.
+        # A search line has a clear button, and is cleared.
         widget.setText("" if widget.isClearButtonEnabled() else before)
     elif isinstance(widget, QTextEdit | QPlainTextEdit):
         widget.setPlainText(before)
@@ -187,7 +192,8 @@ def _of_text(event: QKeyEvent) -> bool:
         bool(event.modifiers() & m)
         for m in (Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.AltModifier)
     )
-    character = event.text().isprintable() and event.text() and control == alt  # AltGr is both
+    # AltGr counts as both Ctrl and Alt
+    character = event.text().isprintable() and event.text() and control == alt
     standard = any(event.matches(k) for k in (*_COPYING, *_UNDOING))
     return bool(character) or standard or event.key() in (*_MOVES, _Key.Key_Up, _Key.Key_Down)
 

@@ -1,4 +1,4 @@
-"""Numbers as text with a real minus sign, and without a sign for zero."""
+"""Numbers as text, with a real minus sign and without a sign for zero."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def plain(value: float, digits: int = 1) -> str:
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """Return the angle of an interval as text for a list: '+12.0°', '±8.0°' for noise, or '–'.
+    """Return the angle of an interval as text, such as '+12.0°', or '±8.0°' for noise.
 
-    '–' means that intervals of this kind have no angle.
+    Returns '–' if intervals of this kind have no angle.
     """
     if not (sign := kind.info.sign):
         return "–"
@@ -46,7 +46,7 @@ class SignedBox(QDoubleSpinBox):
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:
-        """Return whether a text is a number, the beginning of one, or neither."""
+        """Return whether a text is a number, the beginning of a number, or neither."""
         checked = super().validate(text.replace(_MINUS, "-"), place)
         assert isinstance(checked, tuple)
-        return checked[0], text, checked[2]  # keep the text with its minus sign
+        return checked[0], text, checked[2]  # keep the text as typed, with its minus sign

@@ -13,15 +13,15 @@ from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import Theme
 
 _SIZE = (340, 120)  # pixels
-_ICON, _LEFT = 64, 24  # pixels
+_ICON, _LEFT = 64, 24  # pixels: the size of the icon, and the space left of it
 _NAME_POINTS = 15.0
-_PATIENCE_S, _STEP_S = 0.5, 0.005  # the maximum time until the desktop has placed a window
+_PATIENCE_S, _STEP_S = 0.5, 0.005  # seconds to wait until a window is visible, and between checks
 
 
 class Splash(QLabel):
-    """The splash screen: the program's icon and name. It never takes the keyboard focus.
+    """The splash screen, which shows the program's icon and name and never takes the focus.
 
-    A QSplashScreen is not used, because it would wait a second for the desktop.
+    A QSplashScreen would wait a second for the desktop.
     """
 
     def __init__(self, theme: Theme) -> None:
@@ -36,7 +36,7 @@ class Splash(QLabel):
         self.move(middle - self.rect().center())
 
     def show_at_once(self) -> None:
-        """Show the splash screen and paint it immediately, because no event loop runs yet."""
+        """Show and paint the splash screen immediately, although no event loop is running yet."""
         self.show()
         _wait_until_exposed(self)
 

@@ -1,4 +1,4 @@
-"""Tables for the panels. They redraw only changed rows."""
+"""Tables for the panels, which redraw only the rows that have changed."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ _Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
-_TOP = QModelIndex()  # the parent of a table's rows
+_TOP = QModelIndex()  # the parent of all rows
 _LEFT, _RIGHT = (
     side | Qt.AlignmentFlag.AlignVCenter
     for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 )
 _MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
-_BESIDE = 12  # pixels between a text and the soft text after it
+_BESIDE = 12  # pixels between a text and the secondary text after it
 _END = Qt.TextElideMode.ElideRight
-_MOST = 500  # maximum number of letters in a cell, since laying out millions takes minutes
-_FEW = 64  # maximum number of rows that are added or removed one by one; more reset the table
+_MOST = 500  # maximum number of letters in a cell, because the layout of millions takes minutes
+_FEW = 64  # maximum number of rows to add or remove one by one; for more, the table is reset
 
 
 @dataclass(frozen=True)
@@ -56,17 +56,18 @@ class TableRow:
     texts
         The text of each column.
     sort
-        A sortable value for each column, or () to sort by the texts.
+        A value for each column by which rows are sorted, or () to sort by the texts.
     colours
-        '#rrggbb', keyed by column.
+        The text colours '#rrggbb', keyed by column.
     tips
-        One tool tip for all columns, or one per column.
+        One tool tip for all columns, or one tool tip per column.
     tick
-        State of the check box in the first column, or None without a check box.
+        The state of the check box in the first column, or None for no check box.
     secondary
         Secondary text after the text of the first column, drawn by a SecondaryTextDelegate.
     spoken
-        Texts for screen readers, keyed by column, for symbols, bars and empty cells.
+        Texts for screen readers, keyed by column, for cells with symbols, with bars or without
+        text.
     left
         Columns aligned to the left in this row, although the model aligns them to the right.
     """
@@ -84,14 +85,14 @@ class TableRow:
 class RowModel(QAbstractTableModel, Generic[_Thing]):
     """A table model with one row per object in `things`. Subclasses define `key` and `describe`.
 
-    A row is not redrawn if its object equals the previous one with the same key. The objects must
-    therefore be frozen, and must compare equal if their rows look the same.
+    A row is not redrawn if its object equals the previous object with the same key. Therefore, the
+    objects must be frozen, and must compare equal only if their rows look the same.
     """
 
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
-    right: Collection[int] = ()  # columns aligned to the right
-    middle: Collection[int] = ()  # columns of names that are cut in the middle
+    right: Collection[int] = ()  # columns whose texts are aligned to the right
+    middle: Collection[int] = ()  # columns of long names, which are shortened in the middle
 
     def __init__(self, colours: Colours) -> None:
         super().__init__()
@@ -106,13 +107,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """Return the row for an object. This is called only for visible rows."""
+        """Return the row for an object. Called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
 
     def show(self, things: Sequence[_Thing]) -> None:
-        """Show a row for each object in `things`. Only changed rows are redrawn."""
+        """Show a row for each object in `things`, and redraw only changed rows."""
         keys = [self.key(t) for t in things]
         if keys != self._keys:
             self._change_rows(things, keys)
@@ -197,7 +198,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._rows[key]
 
     def row_of(self, key: Hashable) -> int | None:
-        """Return the number of the row with this key, or None if there is none."""
+        """Return the number of the row with this key, or None if there is no such row."""
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
@@ -258,7 +259,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 class RowTable(QTableView):
     """A table with headings and without a grid.
 
-    `room` is the padding of a row in pixels, added to the height of a line of text.
+    The height of a row is the height of a line of text plus `room` pixels.
     """
 
     resized = Signal()
@@ -268,7 +269,7 @@ class RowTable(QTableView):
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
-        self.setTabKeyNavigation(False)  # Tab goes to the next widget, not from cell to cell
+        self.setTabKeyNavigation(False)  # Tab goes to the next widget, not to the next cell
         self.setModel(model)
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
@@ -276,14 +277,14 @@ class RowTable(QTableView):
         self._has_numbers = False
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
-        self._widths: dict[int, int] = {}  # widths of columns before any was hidden
+        self._widths: dict[int, int] = {}  # widths of columns, also of hidden ones
 
     def set_room(self, room: int) -> None:
-        """Set the padding of the rows, in pixels in addition to the height of a line of text."""
+        """Set the number of pixels by which a row is higher than a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def show_numbers(self) -> None:
-        """Show the row numbers from the model at the left edge."""
+        """Show the row numbers of the model at the left edge."""
         numbers = self.verticalHeader()
         numbers.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         numbers.setHighlightSections(False)
@@ -295,21 +296,21 @@ class RowTable(QTableView):
 
     @property
     def numbers_width(self) -> int:
-        """The width of the column of row numbers, even if it is hidden; 0 without numbers."""
+        """The width of the row numbers in pixels, even if they are hidden; 0 without them."""
         numbers = self.verticalHeader()
         needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
         return needs if self._has_numbers else 0
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Hide columns while the first column is narrower than `first` pixels.
+        """Hide columns while the first column would be narrower than `first` pixels.
 
-        The columns `spared` are hidden one by one, in this order. The first column fills the rest
-        of the table's width.
+        The columns in `spared` are hidden one by one, in this order. The first column fills the
+        rest of the table's width.
         """
         self._first, self._spared = first, tuple(spared)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide columns if the first one would become too narrow for the names of the rows."""
+        """Hide columns if the first column would become too narrow."""
         if self._spared:
             header = self.horizontalHeader()
             room = self.viewport().width() - self._first
@@ -326,14 +327,14 @@ class RowTable(QTableView):
 
     @property
     def mark_room(self) -> int:
-        """The width in pixels that the sort indicator needs in a heading."""
+        """The width, in pixels, that the sort indicator needs in a heading."""
         return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
 
 
 class _Heading(QHeaderView):
     """A header that reserves room for the sort indicator next to right-aligned texts.
 
-    Qt would draw the indicator over these texts.
+    Qt itself would draw the indicator over these texts.
     """
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
@@ -351,7 +352,7 @@ class _Heading(QHeaderView):
 class RowDelegate(QStyledItemDelegate):
     """A delegate that draws cells from the model's row descriptions.
 
-    It calls the model once per cell; Qt's delegate would call it seven times. `proxy` is the
+    It calls the model once per cell; Qt's delegate would call the model seven times. `proxy` is the
     table's proxy model, or None.
     """
 
@@ -369,7 +370,7 @@ class RowDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         """Fill in the style option from the row's description.
 
-        Qt's delegate would call `data` for each property.
+        Qt's delegate would instead call `data` for each property.
         """
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)

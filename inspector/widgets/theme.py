@@ -1,6 +1,6 @@
-"""The colours and fonts of the light and dark themes.
+"""The colours and fonts of the light and the dark theme.
 
-In both themes, orange means before and blue means after correction.
+In both themes, orange is the clip before and blue the clip after correction.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """The colour of each role, as '#rrggbb'.
+    """The colours of a theme, as '#rrggbb', each named by its use.
 
     Texts have a contrast of at least 4.5:1 on `surface`.
     """
 
     dark: bool
-    window: str  # behind panels
-    surface: str  # tables, plots, the 3D view
-    raised: str  # buttons, headers
-    line: str  # borders of panels, grid
-    edge: str  # borders of buttons and inputs: at least 3:1 on `surface` and `window`
+    window: str  # background behind panels
+    surface: str  # background of tables, plots and the 3D view
+    raised: str  # background of buttons and headers
+    line: str  # borders of panels, and grid lines
+    edge: str  # borders of buttons and inputs, with a contrast of at least 3:1
     text: str
     soft: str  # secondary text
     accent: str  # selection, focus, playhead
     on_accent: str
     before: str  # the clip as captured: orange
     after: str  # the clip as corrected: blue
-    tracked: str  # the clip as tracked with QuaMo: magenta
-    tau: str  # the τ line
+    tracked: str  # the clip after tracking with QuaMo: magenta
+    tau: str  # the line at the threshold τ
     accepted: str
     rejected: str
     undecided: str
-    bone: str  # joints without a chain
+    bone: str  # bones that belong to no chain
     warning: str
 
     @property
@@ -72,7 +72,8 @@ _COLOURS = {  # light, dark
 LIGHT = Theme(dark=False, **{role: light for role, (light, _) in _COLOURS.items()})
 DARK = Theme(dark=True, **{role: dark for role, (_, dark) in _COLOURS.items()})
 
-_OUTLINE = 140  # percent by which Fusion's outlines are darker than the window
+# The factor, in percent, by which Qt's Fusion style draws outlines darker than the window
+_OUTLINE = 140
 _BOXES = (
     "QCheckBox", "QRadioButton", "QComboBox", "QAbstractSpinBox", "QLineEdit", "QPushButton",
     "QSlider", "QTableView", "QListView",
@@ -80,9 +81,9 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The current theme. `changed` is emitted with the new theme after every change."""
+    """The current theme. `changed` is emitted whenever the theme is set."""
 
-    changed = Signal(object)  # the Theme
+    changed = Signal(object)  # with the Theme
 
     def __init__(self, theme: Theme, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -91,7 +92,8 @@ class Colours(QObject):
     def follow(self, colour: Callable[[Theme], None]) -> None:
         """Call `colour` with the current theme, and again with every new theme.
 
-        `colour` is a method of a QObject. Qt disconnects it when the object is deleted.
+        `colour` must be a method of a QObject, so that Qt disconnects it when the object is
+        deleted.
         """
         self.changed.connect(colour)
         colour(self.theme)
@@ -116,8 +118,7 @@ def named_theme(name: str) -> Theme:
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Apply Qt's Fusion style with the palette and style sheet of the theme.
 
-    If the theme is already in use, nothing happens, because applying it takes 0.15 s for a whole
-    window.
+    If the theme is already applied, nothing happens, because this takes 0.15 s for a whole window.
     """
     lit = mixed(theme.accent, theme.window, 60).name()
     sheet = _STYLE.format(**vars(theme), lit=lit)
@@ -153,7 +154,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
         palette.setColor(QPalette.ColorGroup.Disabled, target, QColor(theme.faint))
     app.setPalette(palette)
     # Fusion draws borders in a shade of the window's colour, which is invisible on a dark window.
-    # These widgets use the colour only for borders, so they get a lighter one.
+    # These widgets use that colour only for borders, so they get a lighter one.
     palette.setColor(role.Window, QColor(theme.edge).lighter(_OUTLINE))
     for kind in _BOXES:
         app.setPalette(palette, kind)  # type: ignore[arg-type]  # the stubs wrongly require bytes
@@ -161,7 +162,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 
 
 def figures_font(size: float = 0.0) -> QFont:
-    """Return the fixed-pitch font for columns of numbers.
+    """Return the fixed-width font for columns of numbers.
 
     `size` is in points; 0 means the size of the program's font.
     """
@@ -175,7 +176,7 @@ def figures_font(size: float = 0.0) -> QFont:
     return font
 
 
-# Labels show plain text unless they are set to RichText; Qt would guess.
+# Labels show plain text unless they are set to RichText. Qt itself would guess the format.
 _STYLE = """
 QLabel[textFormat="AutoText"] {{ qproperty-textFormat: PlainText; }}
 * {{ dialogbuttonbox-buttons-have-icons: 0; }}
@@ -227,9 +228,9 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """Return the opaque colour that results from a colour with opacity alpha/255 over `paper`.
+    """Return the opaque colour of `colour` with the opacity alpha/255 on `paper`.
 
-    Filling with opaque colours is 30 times faster.
+    Painting with opaque colours is 30 times faster.
     """
     above, below, share = QColor(colour), QColor(paper), alpha / 255.0
     parts = (QColor.red, QColor.green, QColor.blue)

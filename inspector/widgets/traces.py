@@ -21,16 +21,16 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A curve of a plot.
-
-    `dots` is True to draw isolated values as dots, because a line would not show them.
+    """A curve in a plot.
 
     Attributes
     ----------
     x, y
-        Frames and values, NaN for gaps.
+        Frames and values; NaN makes a gap.
     role
-        Name of the curve's colour in the theme.
+        The name of the curve's colour in the theme.
+    dots
+        True to draw isolated values as dots, because a line would not show them.
     """
 
     x: Array
@@ -40,15 +40,15 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """A plot of curves. `asked` is emitted with the frame that the user has clicked."""
+    """A plot of curves. `asked` is emitted with the frame that the user clicks."""
 
     asked = Signal(int)
 
     def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
         """Build the plot.
 
-        `unit` is the unit after the numbers on the left axis. `root` is True for degrees on a
-        square-root scale.
+        `unit` follows the numbers on the left axis. `root` is True for degrees on a square-root
+        scale.
         """
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
@@ -72,7 +72,7 @@ class TracePlot(Canvas):
 
     def _colour(self, theme: Theme) -> None:
         self.theme = theme
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
         self._level.setPen(pg.mkPen(theme.soft, width=1.0, style=Qt.PenStyle.DashLine))
         self.show_lines(self._lines)
@@ -80,7 +80,7 @@ class TracePlot(Canvas):
     def show_lines(self, lines: Sequence[Trace]) -> None:
         """Replace the curves of the plot."""
         self._lines = tuple(lines)
-        # Items are never removed, because Qt may still paint a removed item.
+        # Curves are reused and never removed, because Qt may still paint a removed item.
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
             self.addItem(self.curves[-1])
@@ -106,7 +106,7 @@ class TracePlot(Canvas):
         self.touch()
 
     def fit(self, frames: int) -> None:
-        """Show all frames and the values from 0 to the maximum."""
+        """Show all frames, and the values from 0 to the maximum."""
         tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
         self.show_range(frames, 0.0, max([*tops, 1e-3]))
 

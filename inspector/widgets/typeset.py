@@ -1,4 +1,4 @@
-"""TeX typeset with matplotlib, as outlines that Qt can fill at any scale and in any colour."""
+"""Typeset TeX with matplotlib, as outlines that Qt can fill at any scale and in any colour."""
 
 from __future__ import annotations
 
@@ -14,22 +14,33 @@ from PySide6.QtGui import QPainterPath
 from inspector.language import tr
 from inspector.widgets.background import Task
 
-EM = 100.0  # units of the outlines per em
-_LONGEST = 1000  # letters of a formula; matplotlib takes seconds for many thousands
-_SHOWN = 60  # letters of a formula in a message
+EM = 100.0  # length of an em (the font size) in the units of the outlines
+# Maximum length of a formula, because matplotlib takes seconds for many thousand letters
+_LONGEST = 1000
+_SHOWN = 60  # number of letters of a formula that a message shows
 _one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """The outlines of a formula. The baseline is at y = 0, y points down, and an em is EM units."""
+    """The outlines of a formula.
+
+    The baseline is at y = 0, y points down, and an em is EM units long.
+
+    Attributes
+    ----------
+    path
+        The outlines.
+    box
+        The bounding box.
+    """
 
     path: QPainterPath
     box: QRectF
 
 
 class Typesetter(QObject):
-    """Typesets formulas in a thread. Formulas requested together become ready together.
+    """Typesets formulas in a thread. Formulas requested together become available together.
 
     Typesetting takes half a second, or several seconds if matplotlib must first index the fonts.
     """
@@ -40,13 +51,14 @@ class Typesetter(QObject):
         super().__init__(parent)
         self._known: dict[str, Formula] = {}
         self._requested: dict[str, None] = {}
-        self._waiting: list[tuple[str, ...]] = []  # requests, handled one at a time
+        self._waiting: list[tuple[str, ...]] = []  # requests that have not been started
         self._task: Task | None = None
-        self.trouble = ""  # a sentence if nothing could be typeset
-        self.left_out = ""  # a sentence if one of the formulas requested last could not be typeset
+        self.trouble = ""  # a sentence if no formula could be typeset, or ''
+        # A sentence if a formula of the latest request could not be typeset, or ''
+        self.left_out = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Typeset the formulas that were not requested before. When all are done, emit `ready`."""
+        """Typeset the formulas that were not requested before, and then emit `ready`."""
         fresh = tuple(tex for tex in texts if tex not in self._requested)
         self._requested |= dict.fromkeys(fresh)
         if fresh:
@@ -62,11 +74,11 @@ class Typesetter(QObject):
             self._task.start()
 
     def formula(self, tex: str) -> Formula | None:
-        """Return a formula, or None if it is not ready."""
+        """Return the outlines of a formula, or None if they are not ready."""
         return self._known.get(tex)
 
     def has(self, texts: Iterable[str]) -> bool:
-        """True if all of these formulas are ready."""
+        """Return True if all of these formulas are ready."""
         return all(tex in self._known for tex in texts)
 
     @property
@@ -101,7 +113,7 @@ class Typesetter(QObject):
 
 
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
-    """Return the vertices (y upwards) and the path codes of each formula. Thread-safe.
+    """Return the vertices (with y upwards) and the path codes of each formula. Thread-safe.
 
     Texts that are not valid TeX, too long or nested too deeply are left out.
     """
@@ -114,14 +126,14 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
         for tex in texts:
             if len(tex) > _LONGEST:
                 continue
-            with suppress(Exception):  # TeX of strangers can raise almost anything
+            with suppress(Exception):  # TeX in other people's files can raise almost anything
                 path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
                 out[tex] = (path.vertices.copy(), path.codes.copy())
     return out
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert a path of matplotlib to a path of Qt, with y downwards."""
+    """Convert an outline of matplotlib to a path of Qt, in which y points down."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

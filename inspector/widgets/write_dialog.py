@@ -22,9 +22,10 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A form for writing a file. The button that accepts it has the dialog's title as its text.
+    """A dialog for writing a file. The button that accepts it has the dialog's title as its text.
 
-    A subclass adds its rows to `form`, including `where` and `replace`, and then calls `end_form`.
+    A subclass adds its rows to `form`, including `where` (the path) and `replace` (a check box),
+    and then calls `end_form`.
     """
 
     def __init__(self, title: str, path: Path, parent: QWidget | None = None) -> None:
@@ -43,7 +44,7 @@ class WriteDialog(QDialog):
     def end_form(self) -> None:
         """Add the buttons below all rows.
 
-        Call this last, because the Tab key visits widgets in the order of their creation.
+        Call this method last, because the Tab key visits widgets in the order of their creation.
         """
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel

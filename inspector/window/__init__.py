@@ -1,1 +1,1 @@
-"""The main window: its table of actions, their implementations, and all dialogs."""
+"""The main window: the table of actions, the functions that they call, and all dialogs."""

@@ -1,4 +1,4 @@
-"""The table of the window's actions, including the features' actions: menus, keys and help."""
+"""The table of all actions: their menus, keyboard shortcuts, help texts and functions."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
 from inspector.window.actions import Menus, rows
 from inspector.window.detector_rows import detector_rows
-from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, joined
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
 from inspector.window.sample import open_sample
+from inspector.window.verdict_key_filter import VerdictKeyFilter
 from twistcore.review import Decision
 
 _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
@@ -31,7 +31,7 @@ def _search_intervals(parts: Parts) -> None:
     parts.review_actions.intervals.search_here()
 
 
-# Laid out as a table: the texts first, then the effect of the action.
+# Laid out as a table: each row has the texts first, then the function of the action.
 # fmt: off
 _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "File": (
@@ -298,12 +298,12 @@ MENUS: Menus = joined(_OWN)
 
 
 def connect_rows(parts: Parts) -> None:
-    """Connect every action with the function of its row."""
+    """Connect every action with the function in its row."""
     actions = parts.actions_by_id
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)
     verdicts = [actions[row.id] for row in rows(MENUS) if row.verdict]
-    DrawnFirst(verdicts, parts.viewport.has_painted_interval, parts)
+    VerdictKeyFilter(verdicts, parts.viewport.has_painted_interval, parts)
     for feature in FEATURES:
         for row in (row for menu in feature.rows for row in menu.rows if row is not None):
             row.connect(actions[row.id], parts.part(feature))

@@ -1,4 +1,4 @@
-"""Menus, keyboard shortcuts and help, built from the rows that describe the actions."""
+"""Menus, keyboard shortcuts and help, built from the table of actions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
 
-_TITLES = {  # titles of menus; & marks the letter that opens the menu
+_TITLES = {  # titles of menus; & precedes the letter that opens the menu
     "File": tr_as("menu", "&File"),
     "Edit": tr_as("menu", "&Edit"),
     "Go": tr_as("menu", "&Go"),
@@ -26,7 +26,8 @@ _TITLES = {  # titles of menus; & marks the letter that opens the menu
 }
 
 
-Menus = Mapping[str, Sequence[ActionRow[Any] | None]]  # keyed by name; None is a separator
+# The rows of each menu, keyed by name; None is a separator
+Menus = Mapping[str, Sequence[ActionRow[Any] | None]]
 
 
 def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
@@ -40,22 +41,22 @@ def menu_title(name: str) -> str:
 
 
 def menu_order(name: str) -> int:
-    """Return a sort key for the position of a menu. Unknown menus precede the Help menu."""
+    """Return a sort key for the position of a menu. Unknown menus come before the Help menu."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
 
 def key_text(key: str) -> str:
-    """Return a key combination in the operating system's notation."""
+    """Return a keyboard shortcut in the operating system's notation."""
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Create the QActions and the menus. Return them keyed by id and by name.
+    """Create the actions, keyed by id, and the menus, keyed by name.
 
-    The actions have neither shortcuts nor handlers yet.
+    The actions have neither shortcuts nor functions yet.
     """
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
@@ -80,7 +81,7 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Assign the keys that the user has chosen, or else the default keys of the rows."""
+    """Assign the keyboard shortcuts that the user has chosen, or else the defaults."""
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -97,12 +98,12 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
 
 
 def name_step(action: QAction, title: str, step: str) -> None:
-    """Show the name of a step in the text of undo or redo. '' shows no name."""
-    if chosen_language() == "en":  # in German nouns keep their capital
+    """Show the name of a step in the text of the undo or redo action; '' disables the action."""
+    if chosen_language() == "en":  # German nouns keep their capital letter
         step = step[:1].lower() + step[1:]
     step = as_entry(step)
     text = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
-    # Every change of an action makes its toolbar compute its layout again.
+    # Each change of an action makes the toolbar compute its layout again.
     if (text, bool(step)) != (action.text(), action.isEnabled()):
         action.setEnabled(bool(step))
         action.setText(text)

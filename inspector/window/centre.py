@@ -12,27 +12,29 @@ from inspector.panels.transport import Transport
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import vbox
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.native_surface import own_surface
+from inspector.widgets.native_surface import give_native_surface
 
 _MARGIN = 6  # pixels between the message bar and the edges of the view
-# The events after which the bar is placed again; its own Resize would place it within itself.
+# The events after which the bar is placed again. The bar's own Resize event is not one of them,
+# because placing the bar would cause it again.
 _OF_VIEW = (QEvent.Type.Resize,)
 _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 
 
 class Centre(QWidget):
-    """The central widget of the window. Its parts are one above the other, without gaps.
+    """The central widget of the window: its parts one below the other, without gaps.
 
-    Messages appear over the upper edge of the 3D view, so that they move no other widget and cover
-    no part of the figure, which is below the legend. The Esc key closes a message unless something
-    else uses this key.
+    Messages appear over the upper edge of the 3D view. There they move no other widget and do not
+    cover the figure, which is below the legend. The Esc key closes a message unless a shortcut or
+    the focused widget uses the key.
     """
 
     def __init__(self, window: HostWindow) -> None:
         super().__init__()
         document = window.document
         self.viewport = Viewport(document, window.colours)
-        self.bar = MessageBar(self.viewport)  # as its child, because the view may be native
+        # A child of the view, because the view may be a native window
+        self.bar = MessageBar(self.viewport)
         for widget in (self.viewport, self.bar, window):
             widget.installEventFilter(self)
         self.transport = Transport(document, window.player, window.actions_by_id)
@@ -40,10 +42,10 @@ class Centre(QWidget):
         parts = self.reviewer_line, (self.viewport, 1), self.transport
         vbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=0)
         window.setCentralWidget(self)
-        own_surface(self.viewport)
+        give_native_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Place the message bar after a change of its text or of the view, and close it on Esc."""
+        """Place the message bar after its text or the view has changed, and close it on Esc."""
         kinds = _OF_BAR if watched is self.bar else _OF_VIEW if watched is self.viewport else ()
         if event.type() in kinds:
             self._place_bar()

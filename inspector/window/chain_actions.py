@@ -22,8 +22,12 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 class ChainActions:
     """The actions that add and remove chains, set the roles of joints, and save both.
 
-    Saved chains apply to all clips with the same skeleton. `dock` is the dock with the list of
-    chains. Its title shows the number of changed chains.
+    Saved chains apply to all clips with the same skeleton.
+
+    Attributes
+    ----------
+    dock
+        The dock with the list of chains. Its title shows how many chains were changed.
     """
 
     document: Document
@@ -48,7 +52,7 @@ class ChainActions:
         return self.document.review.state.rig if self.document.data else AS_FOUND
 
     def add_chain(self) -> None:
-        """Open the dialog that asks for the joints of a chain."""
+        """Open the dialog in which the user chooses the joints of a new chain."""
         if not self._open():
             return
         if self.dialog is None:
@@ -110,7 +114,7 @@ class ChainActions:
         document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """Restore the chains that the program found automatically."""
+        """Restore the chains that the program finds automatically."""
         if self._open():
             self._change(
                 AS_FOUND,
@@ -119,7 +123,7 @@ class ChainActions:
             )
 
     def use_rig(self) -> None:
-        """Use the chains that are saved for this skeleton."""
+        """Use the chains saved for this skeleton."""
         data = self.document.data
         if data is None or not self._open():
             return
@@ -152,10 +156,7 @@ class ChainActions:
         self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig file of this skeleton.
-
-        On failure, show a message and return False.
-        """
+        """Write the rig profile of this skeleton. On failure, show a message and return False."""
         data = self.document.data
         assert data is not None
         try:

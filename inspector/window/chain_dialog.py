@@ -32,12 +32,12 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """A form for parent, child and, optionally, grandchild. It shows errors immediately.
+    """A form for the parent, the child and, optionally, the grandchild of a new chain.
 
-    The dialog is not modal. It closes together with the clip.
+    Errors are shown immediately. The dialog is not modal. It closes together with the clip.
     """
 
-    chosen = Signal(object, str)  # the rig with the chain in it, and the chain's name
+    chosen = Signal(object, str)  # with the rig that includes the new chain, and the chain's name
 
     def __init__(self, document: Document, parent: QWidget) -> None:
         super().__init__(parent)
@@ -89,11 +89,14 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the file's name of the joint that the dialog shows as `seen`."""
+        """Return the name, in the file, of a joint whose displayed name is `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """Update the lists of joints below the changed list. `place` is 0 for the parent's list."""
+        """Update the lists of joints below the list that has changed.
+
+        `place` is the number of the changed list: 0 for the parent, 1 for the child.
+        """
         name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
@@ -109,7 +112,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """In a list, select the first joint that forms a valid chain with the joints above."""
+        """Select the first joint of a list that forms a valid chain with those above."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -151,7 +154,7 @@ class ChainDialog(QDialog):
         self._add.setEnabled(self._rig is not None)
 
     def accept(self) -> None:
-        """Emit the rig with the new chain, and close the dialog."""
+        """Emit the rig that includes the new chain, and close the dialog."""
         if self._rig is not None:
             self.chosen.emit(self._rig, self._own().name)
             super().accept()
@@ -166,7 +169,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """Return a combo box of joints that also accepts a typed part of a name."""
+    """Return a combo box for a joint that also accepts a typed part of a name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, one does a whole review."""
+"""Scripts that operate the window: one takes a screenshot, one performs a whole review."""
 
 from __future__ import annotations
 
@@ -16,16 +16,21 @@ from inspector.window.main_window import MainWindow
 from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
-_SETTLE_MS = 350  # enough for the views to redraw
-_LOOK_MS = 200  # interval between checks for an open dialog, which nobody would answer
+_SETTLE_MS = 350  # time in which the views are redrawn
+_LOOK_MS = 200  # time between checks for an open dialog, which nobody would answer
 _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """A script that opens a file and, when the clip is loaded, operates the window in steps.
+    """A script that opens a file and then operates the window in steps.
 
-    Between the steps, the window has time to redraw. At the end, it is closed. `code` is 0, or 2
-    after an error message. A question or a dialog is an error, because no user can answer it.
+    Between the steps, the window has time to redraw. At the end, the window is closed. A question
+    or a dialog is an error, because no user can answer it.
+
+    Attributes
+    ----------
+    code
+        The exit code: 0, or 2 after an error.
     """
 
     def __init__(
@@ -34,10 +39,14 @@ class Script(QObject):
         path: Path | None,
         steps: Callable[[Script], list[Callable[[], None]]],
     ) -> None:
-        """Prepare a script.
+        """Create a script.
 
-        `path` is a clip, a session or a folder, or None for the empty window. `steps` is a function
-        that returns the steps in order. It is called when the clip is loaded.
+        Parameters
+        ----------
+        path
+            A clip, a session or a folder; None for the empty window.
+        steps
+            A function that returns the steps in order. It is called when the clip is loaded.
         """
         super().__init__(window)
         self.window = window
@@ -53,11 +62,11 @@ class Script(QObject):
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)
         self._dialogs.start()
-        QTimer.singleShot(0, self, self._open)  # closing the window needs a running event loop
+        QTimer.singleShot(0, self, self._open)  # a running event loop is needed to close the window
         QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("The script did not end in time."))
 
     def shoot(self, path: Path) -> None:
-        """Save a screenshot of the window. Raise OSError if it cannot be written."""
+        """Save a screenshot of the window. The script fails if the file cannot be written."""
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the image could not be written.")
@@ -87,7 +96,7 @@ class Script(QObject):
     def _step(self) -> None:
         if self._over or self._steps is None:
             return
-        if self.window.viewport.turning:  # no screenshot while the camera moves
+        if self.window.viewport.turning:  # take no screenshot while the camera moves
             self._next()
             return
         step = next(self._steps, None)
@@ -98,7 +107,7 @@ class Script(QObject):
             step()
         except OSError as error:
             self.fail(f"{error.filename} could not be written: {error.strerror}.")
-        except Exception as error:  # nobody would see it, and the script would never end
+        except Exception as error:  # nobody would see the error, and the script would never end
             self.fail(f"{type(error).__name__}: {error}")
         self._next()
 
@@ -107,7 +116,7 @@ class Script(QObject):
             self.fail(text)
 
     def _stop_at_question(self, text: str, _answers: object) -> None:
-        if self._steps is None:  # a question may be left without an answer after opening
+        if self._steps is None:  # a question asked while the clip is opened needs no answer
             self.fail(text)
 
     def _folder_changed(self) -> None:
@@ -149,8 +158,8 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Accept every interval in the user interface, export the clip, and save a screenshot."""
-    folder = folder.absolute()  # the exporter takes relative names from the clip's folder
+    """Accept every interval in the window, export the clip, and save a screenshot."""
+    folder = folder.absolute()  # the exporter would resolve a relative path from the clip's folder
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)
 
@@ -168,7 +177,8 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
             folder.mkdir(parents=True, exist_ok=True)
             clip = document.data.clip
             target = folder / f"{clip.path.stem}_refined.{clip.format}"
-            window.files.export(ExportChoice(target, replace=True))  # replace an earlier run
+            # Replace the files of an earlier run
+            window.files.export(ExportChoice(target, replace=True))
             window.exporter.finish()
             if not script.code:
                 print(legible(window.bar.label.text()))

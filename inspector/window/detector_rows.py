@@ -1,4 +1,4 @@
-"""The rows of the action table for choosing a detector."""
+"""The rows of the action table with which the user chooses a detector."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, DetectorInfo
 
 
 def detector_rows() -> tuple[ActionSpec[Parts], ...]:
-    """Return a row for every detector that is available."""
+    """Return a row for each available detector."""
     return tuple(map(_row, DETECTORS.infos()))
 
 

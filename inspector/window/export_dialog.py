@@ -1,4 +1,4 @@
-"""The export dialog: the path, the intervals to correct, and additional files."""
+"""The export dialog, in which the user chooses the path, the intervals and additional files."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.export_files import (
     ExportChoice,
     check_targets,
+    files_to_hash,
     replaced,
-    to_look_at,
     uncorrected_warning,
 )
 from inspector.widgets.background import OneTask
@@ -40,16 +40,16 @@ _VERDICTS = {
 
 
 class ExportDialog(WriteDialog):
-    """A form for the export. `choice` returns the user's choices."""
+    """A form for an export."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
         super().__init__(tr_as("do", "Export"), proposed, parent)
         self._document = document
-        self._look = OneTask(self)  # reads long files that would be replaced
+        self._look = OneTask(self)  # hashes large files that would be replaced
         self._then: Callable[[], object] = lambda: None
         self.finished.connect(self._look.cancel)
-        document.opened.connect(self.reject)  # the form is about the clip that was open before
+        document.opened.connect(self.reject)  # close the form when another clip is opened
         counts = Counter(j.verdict for j in document.intervals)
         words = [
             f"{counts[v]} {_VERDICTS[v]}"
@@ -87,7 +87,7 @@ class ExportDialog(WriteDialog):
         self.count = QLabel(", ".join(words))
         form.addRow(tr("Intervals"), self.count)
         blind = not document.intervals and reason_unexamined(document.data)
-        if said := blind or in_a_line(unexamined_sentences(document.data)):
+        if said := blind or one_line_summary(unexamined_sentences(document.data)):
             form.addRow("", QLabel(said, wordWrap=True))
         if document.data is not None and (stuck := uncorrected_warning(document)):
             form.addRow("", QLabel(stuck, wordWrap=True))
@@ -111,9 +111,9 @@ class ExportDialog(WriteDialog):
 
     def _path_changed(self) -> None:
         with QSignalBlocker(self.replace):
-            self.replace.setChecked(False)  # the tick was for another file
+            self.replace.setChecked(False)  # the user ticked this box for another file
         self._look.cancel()
-        if long := to_look_at(self.choice(), self._document.exported):
+        if long := files_to_hash(self.choice(), self._document.exported):
             names = ", ".join(path.name for path in long)
             self.replaces.setText(tr("Checking {files} …", files=names))
             self.replace.hide()
@@ -125,11 +125,11 @@ class ExportDialog(WriteDialog):
 
     @property
     def looking(self) -> bool:
-        """True while existing files at the target are still being read."""
+        """True while existing files at the target path are being read."""
         return self._look.running
 
-    def when_seen(self, then: Callable[[], object]) -> None:
-        """Call `then` once the dialog knows which files the export would replace."""
+    def when_checked(self, then: Callable[[], object]) -> None:
+        """Call `then` as soon as the dialog knows which files the export would replace."""
         if self.looking:
             self._then = then
         else:
@@ -154,7 +154,7 @@ class ExportDialog(WriteDialog):
         then()
 
     def _check_obstacles(self) -> None:
-        """Enable the button, or show the reason why the export is not possible."""
+        """Enable the Export button, or show why the export is not possible."""
         why = ""
         document = self._document
         if (data := document.data) is not None:
@@ -169,7 +169,7 @@ class ExportDialog(WriteDialog):
         self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
-        """Return the user's choices."""
+        """Return the options that the user has chosen."""
         return ExportChoice(
             self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),
@@ -185,7 +185,7 @@ class ExportDialog(WriteDialog):
 
 
 def _tracking_words(tracking: Tracking) -> str:
-    """Describe the tracking that follows the correction."""
+    """Return a sentence about the tracking that follows the correction."""
     joints = of_core(tracking.what)
     if tracking.spline:
         return tr(
@@ -228,5 +228,5 @@ def _format(document: Document) -> str:
 
 def _hash_files(files: Iterable[Path]) -> None:
     for path in files:
-        with suppress(OSError):  # deleted in the meantime
+        with suppress(OSError):  # the file was deleted in the meantime
             file_mark(path)

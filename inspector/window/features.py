@@ -1,4 +1,4 @@
-"""The list of all features of the window, and the menus that contain their actions."""
+"""The list of the window's features, and the menus that contain their actions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from inspector.window.actions import Menus, menu_order
 from inspector.window.chains_feature import feature as chains
 from inspector.window.review_feature import feature as review
 
-# The window builds them in this order. Each may use the parts of the features before it.
+# The window builds the features in this order. Each feature may use the features before it.
 FEATURES: tuple[AnyFeature, ...] = (
     chains, review, reviewers, video, folder, tuning, teaching, lessons, quality, recording,
 )  # fmt: skip
@@ -26,7 +26,7 @@ FEATURES: tuple[AnyFeature, ...] = (
 def joined(own: Menus) -> Menus:
     """Return the window's menus with the rows of all features inserted.
 
-    `own` has the rows that belong to no feature.
+    `own` has the rows of each menu that belong to no feature.
     """
     menus = {name: list(rows) for name, rows in own.items()}
     for rows in (rows for feature in FEATURES for rows in feature.rows):
@@ -42,7 +42,7 @@ def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -
 
 
 def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
-    """Return each panel with its feature, in the order of the panels."""
+    """Return the panels in their order, each with the feature to which it belongs."""
     names: list[str] = []
     out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:

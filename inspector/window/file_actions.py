@@ -1,4 +1,4 @@
-"""The actions on files and folders."""
+"""The actions for files and folders."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.folder.remembered_folders import (
     NEXT_AFTER_EXPORT,
-    known_of_folder,
+    folder_record,
     recent_folders,
     remember_folder,
 )
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
-from inspector.session.leftovers import unsaved_among
-from inspector.session.session_files import SESSION_PATTERNS, is_session, written
+from inspector.session.leftovers import unsaved_clips
+from inspector.session.session_files import SESSION_PATTERNS, is_session, modified_ns
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.labels import as_entry, as_tip
-from inspector.widgets.review_keys import is_text_written
+from inspector.widgets.review_keys import is_typing_text
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from inspector.window.scene_files import CLIPS, CLIPS_AND_SCENES, SceneFiles
@@ -33,35 +33,40 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
-_FIRST_MS = 4_000  # waiting time for the worst clip of a folder
+_FIRST_MS = 4_000  # time to wait for the worst clip of a folder
 _VISITED = 100
-_CHAINS = 160  # pixels for the list of chains, below the clips
+_CHAINS = 160  # height in pixels of the list of chains below the list of clips
 
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """The actions that open, save and export files, and list folders and recent files.
+    """The actions that open, save and export files, and that list folders and recent files.
 
     `begin` is a function that goes to the first undecided interval.
     """
 
     recent_menu: QMenu
     begin: Callable[[], object]
-    closing: bool = field(default=False, init=False)  # True: open no other clip
+    closing: bool = field(default=False, init=False)  # if True, no other clip is opened
     _under_way: str = field(default="", init=False)
-    _wait_for_first: bool = field(default=False, init=False)  # the next clip opens automatically
-    _so_far: Path | None = field(default=None, init=False)  # the worst clip, opened before the end
-    _offered: float = field(default=0.0, init=False)  # severity of the last worse clip offered
+    # If True, the next clip opens automatically
+    _wait_for_first: bool = field(default=False, init=False)
+    _so_far: Path | None = field(default=None, init=False)  # the worst clip so far, opened early
+    # Severity of the worse clip that was offered last
+    _offered: float = field(default=0.0, init=False)
     _since: ReviewState | None = field(default=None, init=False)  # the review when waiting began
-    _at_once: ExportDialog | None = field(default=None, init=False)  # while it reads old files
-    _visited: list[Path] = field(default_factory=list, init=False)  # clips, with the open one last
+    # The dialog of an export at once, while it reads the files to replace
+    _at_once: ExportDialog | None = field(default=None, init=False)
+    # The clips opened so far; the open clip is last
+    _visited: list[Path] = field(default_factory=list, init=False)
     _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
     _back_to: Path | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self.exporter, self.clips_dock = self.window.exporter, self.window.docks["clips"]
-        self.cancel = self.window.actions_by_id["cancel_opening"]  # while something is being opened
+        # Enabled while a file is being opened
+        self.cancel = self.window.actions_by_id["cancel_opening"]
         self._scenes = SceneFiles(self.bar.show_message, self.open_path, self.window)
         self._first = QTimer(self.window, singleShot=True, interval=_FIRST_MS)
         self._first.timeout.connect(self._queue_changed)
@@ -104,7 +109,7 @@ class FileActions(Saving):
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_then(self, path: Path, then: Callable[[], object]) -> None:
-        """Open a clip, and then call `then`, after the messages about the clip."""
+        """Open a clip, and call `then` after the messages about the clip have been shown."""
         self._when_open = path, then
         self.open_path(path)
 
@@ -115,11 +120,11 @@ class FileActions(Saving):
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        The clip that was last open in this folder is opened or, if there is none, the worst clip as
-        soon as a tenth of the clips, or 20, are analysed. If a worse clip is found later, the
-        program offers to open it.
+        The clip that was last open in this folder is opened. If there is none, the worst clip is
+        opened as soon as a tenth of the clips, or 20 clips, are analysed. If a worse clip is found
+        later, the program offers to open that one.
         """
-        kept = known_of_folder(self.settings, folder)
+        kept = folder_record(self.settings, folder)
         self._wait_for_first = False
         there = (kept["method"] or DEFAULT_METHOD) in DETECTORS
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] and there else None
@@ -131,8 +136,8 @@ class FileActions(Saving):
             wanted = [heights[d.objectName()] for d in docks]
             upright = Qt.Orientation.Vertical
             resize = partial(self.window.resizeDocks, docks, wanted, upright)
-            QTimer.singleShot(0, self.window, resize)  # when the panel has its position
-        name = Path(kept["clip"]).name  # a batch's clips may be in other folders
+            QTimer.singleShot(0, self.window, resize)  # as soon as the panel has its position
+        name = Path(kept["clip"]).name  # the clips of a batch may be in other folders
         stopped_at = next((c for c in self.queue.clips.values() if c.path.name == name), None)
         if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
             self.open_path(stopped_at.path)
@@ -175,7 +180,7 @@ class FileActions(Saving):
     def _open_worst(self, path: Path) -> None:
         """Open the worst clip.
 
-        While other clips are still being analysed, report that it is the worst so far.
+        While other clips are still being analysed, report that this clip is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -194,7 +199,7 @@ class FileActions(Saving):
         self.bar.show_message(text, False)
 
     def _offer_worse(self) -> None:
-        """Offer to open a worse clip, if the previous worst clip is still open."""
+        """Offer to open a worse clip if the clip that was the worst before is still open."""
         data, path = self.document.data, self._so_far
         if path is None or data is None or data.clip.path != path or self.bar.asks:
             return
@@ -221,7 +226,7 @@ class FileActions(Saving):
             )
 
     def next_clip(self) -> None:
-        """Open the next clip with undecided intervals, in the order from worst to best."""
+        """Open the next clip with undecided intervals. Clips are ordered from worst to best."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
         if path is not None:
@@ -275,12 +280,12 @@ class FileActions(Saving):
             self._back_to = None
             if self.queue.folder is not None and path in self.queue.clips:
                 remember_folder(self.settings, self.queue.folder, clip=path.name)
-                if not self.document.keeper.leftovers:  # a question about these comes first
+                if not self.document.keeper.leftovers:  # a question about leftovers comes first
                     QTimer.singleShot(0, self.window, self.begin)
         self._show_recent()
         when_open, self._when_open = self._when_open, None
         if when_open is not None and when_open[0] == data.clip.path:
-            # After the messages and questions about the clip itself.
+            # This comes after the messages and questions about the clip itself.
             QTimer.singleShot(0, self.window, when_open[1])
         text = tr(
             "{clip}: {frames} frames at {fps:.4g} fps, {joints} joints",
@@ -298,7 +303,7 @@ class FileActions(Saving):
     def _show_recent(self) -> None:
         self.recent_menu.clear()
         for name in self.settings.recent:
-            # Not addAction(text): PySide may take its result for an object deleted long ago.
+            # Do not use addAction(text): PySide may confuse its result with a deleted object.
             action = QAction(as_entry(name), self.recent_menu, toolTip=as_tip(name))
             action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
             self.recent_menu.addAction(action)
@@ -307,15 +312,15 @@ class FileActions(Saving):
     # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
-        """Ask where the clip of a session is now, and open the session with this clip."""
+        """Ask where the clip of a session is, and open the session with this clip."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIPS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Open the export dialog.
 
-        If `at_once` is True, the export starts without the dialog unless something prevents it. For
-        a borrowed clip, the dialog always opens, because the user must choose the target folder.
+        If `at_once` is True, export without the dialog unless something prevents this. For a
+        borrowed clip, the dialog always opens, because the user must choose the target folder.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -326,26 +331,26 @@ class FileActions(Saving):
             dialog.open()
             return
         if self._at_once is not None:
-            self._at_once.reject()  # pressed again: export the current state of the review
+            self._at_once.reject()  # the key was pressed again: export the current review
         self._at_once = dialog
         dialog.finished.connect(self._export_at_once_ended)
 
         def decide() -> None:
             if dialog.do_it.isEnabled():
                 dialog.accept()
-            else:  # in a new form, because this one shows the files as they were
+            else:  # a new form, because this one shows earlier files
                 dialog.reject()
                 self.export_dialog()
 
         if dialog.looking:
             self.bar.show_message(tr("Checking which files the export would replace …"), False)
-        dialog.when_seen(decide)
+        dialog.when_checked(decide)
 
     def _export_at_once_ended(self, _: int) -> None:
         self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
-        """Export in the background, and show the result in the message bar."""
+        """Write an export in the background, and show the result in the message bar."""
         self.detail.commit()
         self.exporter.start(choice)
 
@@ -371,13 +376,13 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """True if the user has done anything since the state `since`, or is busy now.
+        """Return True if the user is busy, or has done anything since the state `since`.
 
         In that case, no other clip may be opened automatically.
         """
         dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
-        elsewhere = busy or dialog is not None or is_text_written()
+        elsewhere = busy or dialog is not None or is_typing_text()
         return elsewhere or self._state() is not since
 
     def _state(self) -> ReviewState | None:
@@ -393,14 +398,14 @@ class FileActions(Saving):
     def offer_unsaved(self) -> None:
         """Offer to restore a recently opened clip with unsaved decisions."""
         clips = tuple(map(Path, self.settings.recent))
-        OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
+        OneTask(self.window).run(lambda _: unsaved_clips(clips), self._offer)
 
     def _offer(self, unsaved: Sequence[tuple[Path, Path, int]]) -> None:
         busy = self.document.opener.busy or self.bar.asks
         if not unsaved or self.document.data is not None or busy:
-            return  # opening a clip asks this question anyway
+            return  # the question is asked anyway when the clip is opened
         (clip, journal, count), *others = unsaved
-        when = datetime.fromtimestamp(written(journal) / 1e9)
+        when = datetime.fromtimestamp(modified_ns(journal) / 1e9)
         text = tr(
             "The last review of {clip} was not saved ({when}). {decisions} can be restored.",
             clip=clip.name,
@@ -419,7 +424,7 @@ class FileActions(Saving):
     def _restore(self, clip: Path) -> None:
         """Open a clip and restore its latest review.
 
-        If this was the last clip in its folder, the folder is opened, too.
+        If the clip was the last open clip of its folder, open the folder as well.
         """
 
         def go_on() -> None:
@@ -428,7 +433,7 @@ class FileActions(Saving):
                 self.document.recovery.restore(leftovers[0])
 
         self._when_open = clip, go_on
-        if known_of_folder(self.settings, clip.parent)["clip"] == clip.name:
+        if folder_record(self.settings, clip.parent)["clip"] == clip.name:
             self.open_queue(clip.parent)
         else:
             self.open_path(clip)

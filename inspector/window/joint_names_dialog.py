@@ -42,7 +42,7 @@ _HEADS = (
 )
 _INDENT = "\N{NO-BREAK SPACE}" * 2
 _SIZE = 820, 620  # pixels
-_CHOICES = {  # the rig's word for a joint, and the text in the list
+_CHOICES = {  # role of a joint in a rig file, and its text in the list
     "": tr_as("a joint", "as detected"),
     "left shoulder": tr("left shoulder (collar bone)"),
     "left arm": tr("left upper arm (Arm)"),
@@ -64,9 +64,10 @@ _CHOICES = {  # the rig's word for a joint, and the text in the list
     "other": tr("not part of an arm or leg"),
     "unknown": tr_as("a joint", "unknown"),
 }
-_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}  # as in the names of chains
+# Role in a rig file, and its word in the names of chains
+_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}
 _PIECE = "piece of "
-_UNNAMED = {  # joints of limbs whose names say no more
+_UNNAMED = {  # joints of limbs whose names contain no body part
     "limb": tr_as("a joint", "limb"),
     "end": tr_as("a joint", "end of a limb"),
     "below the end": tr_as("a joint", "below the end of a limb"),
@@ -75,9 +76,9 @@ _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 
 
 class _Choice(QComboBox):
-    """The list in which the user chooses the role of a joint."""
+    """A drop-down list in which the user chooses the role of a joint."""
 
-    reached = Signal()  # the list got the keyboard focus, so scroll to its row
+    reached = Signal()  # the list got the keyboard focus, so the table must scroll to its row
 
     def focusInEvent(self, event: QFocusEvent) -> None:
         """Emit `reached`, so that the table scrolls to the row of this list."""
@@ -90,12 +91,12 @@ class _Choice(QComboBox):
 
 
 class JointNamesDialog(QDialog):
-    """A table of joints and their roles, with the resulting chains below it.
+    """A table of joints and their roles, with the resulting chains below.
 
     The dialog is not modal. It closes together with the clip.
     """
 
-    chosen = Signal(object)  # the rig with the names in it
+    chosen = Signal(object)  # with the rig that includes the new names
 
     def __init__(self, document: Document, parent: QWidget) -> None:
         super().__init__(parent)
@@ -108,7 +109,7 @@ class JointNamesDialog(QDialog):
         self.table = QTableWidget(0, len(_HEADS))
         self.table.setHorizontalHeaderLabels(list(_HEADS))
         self.table.setAccessibleName(tr("Joints and the body parts they were recognised as"))
-        self.table.setTabKeyNavigation(False)  # Tab goes from choice to choice
+        self.table.setTabKeyNavigation(False)  # Tab goes from list to list
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -140,7 +141,8 @@ class JointNamesDialog(QDialog):
         self.resize(*_SIZE)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.choices: dict[str, QComboBox] = {}
-        self._known: Mapping[str, str] = {}  # the review's names, without the changes made here
+        # The names in the review, without changes made in the dialog
+        self._known: Mapping[str, str] = {}
         self._fill()
         self.search.textChanged.connect(self._find)
         document.opened.connect(self.reject)
@@ -179,7 +181,7 @@ class JointNamesDialog(QDialog):
         return {name: role for name, role in chosen.items() if role}
 
     def reset(self) -> None:
-        """Restore the automatically found roles of all joints."""
+        """Restore the automatically detected roles of all joints."""
         self._choose({})
 
     def _choose(self, names: Mapping[str, str]) -> None:
@@ -189,7 +191,7 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show the roles of the review after it has changed, for example by undo."""
+        """Show the roles in the review after the review has changed, for example by undo."""
         chosen = self._document.review.state.rig.names
         if chosen != self._known:
             self._known = chosen
@@ -198,9 +200,10 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Handle Enter.
+        """Handle the Enter key.
 
-        In the search line, it moves the focus to the first match. Elsewhere, it accepts the dialog.
+        In the search line, Enter moves the focus to the first match. Elsewhere, it accepts the
+        dialog.
         """
         if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
@@ -218,7 +221,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the roles of the joints, and the chains, that result from the user's choices."""
+        """Show the roles of the joints and the chains that result from the user's choices."""
         data = self._document.data
         if data is None:
             return
@@ -226,7 +229,7 @@ class JointNamesDialog(QDialog):
         rig = self._document.review.state.rig.with_names(names)
         try:
             chains = [c for c in rig.chains(data.motion) if not isinstance(c, Limb)]
-        except TwistError as error:  # added chains that no longer fit
+        except TwistError as error:  # added chains no longer fit
             self._rig = None
             self.status.setText(tr("These names cannot be used: {why}.", why=of_core(str(error))))
         else:
@@ -243,10 +246,16 @@ class JointNamesDialog(QDialog):
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, chosen: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in the role of each joint and where it comes from.
+        """Fill in the role of each joint and how it was recognised.
 
-        `chosen` has the roles that the user has chosen, keyed by joint name. `helpers` has the
-        twist bones, keyed by joint index.
+        Parameters
+        ----------
+        body
+            The body parts recognised in the skeleton.
+        chosen
+            The roles that the user has chosen, keyed by joint name.
+        helpers
+            The twist bones, keyed by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
@@ -274,21 +283,21 @@ class JointNamesDialog(QDialog):
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return the numbers of chains and twist bones as text, such as '10 chains, 12 twist bones'."""
+    """Return the numbers of chains and of twist bones, such as '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Return the role of a joint of a limb as text. `taken` is the name of this role."""
+    """Return the displayed text for `taken`, the role of a joint of an arm or leg."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return the role of a joint outside the arms and legs as text."""
+    """Return the displayed role of a joint outside the arms and legs."""
     if name.helper:
         return tr("twist bone")
     if name.other:

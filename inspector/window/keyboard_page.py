@@ -1,4 +1,4 @@
-"""The page of keyboard shortcuts and mouse gestures, for the help window and docs/shortcuts.md."""
+"""The page of keyboard shortcuts and mouse gestures, for its window and docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -50,10 +50,10 @@ _MOUSE = (
 
 
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
-    """Return the table of keys and mouse gestures as Markdown.
+    """Return a table of keyboard shortcuts and mouse gestures as Markdown.
 
-    `wanted` are search words. A row is listed only if its keys, menu or description contain all of
-    them.
+    `wanted` are search words. Only rows whose keys, menu or description contain all of them are
+    listed.
     """
     words = wanted.lower().split()
 
@@ -89,7 +89,7 @@ def _does(row: ActionRow[Any]) -> str:
 
 
 class KeyboardPage(QWidget):
-    """A window with a search line above the keys and mouse gestures.
+    """A window that lists keyboard shortcuts and mouse gestures below a search line.
 
     Esc closes the window. Shortcuts of the program with Ctrl work in this window, too.
     """
@@ -114,7 +114,7 @@ class KeyboardPage(QWidget):
 
     def _show(self, wanted: str) -> None:
         _, _, below = shortcuts_markdown(self._menus, wanted).partition("\n")
-        self.page.setMarkdown(below)  # the window has the title
+        self.page.setMarkdown(below)  # without the title, which the window already has
         self.page.soften_tables()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -126,8 +126,8 @@ class KeyboardPage(QWidget):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Open the page of keys and mouse gestures, with the focus on the search line."""
+    """Open the window of keyboard shortcuts, with the focus on the search line."""
     page = KeyboardPage(menus, window)
     page.show()
-    page.activateWindow()  # so that this window receives Esc
+    page.activateWindow()  # so that Esc reaches this window
     page.line.setFocus()

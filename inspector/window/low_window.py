@@ -1,4 +1,4 @@
-"""The layout for low windows, such as on a laptop at 200 % scaling.
+"""The layout for low windows, for example on a laptop at 200 % scaling.
 
 This layout has fewer titles and smaller margins.
 """
@@ -11,14 +11,14 @@ from typing import Protocol
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 
-_LOW = 640  # pixels of a window's height
+_LOW = 640  # windows with fewer pixels of height are low
 _STYLE = """
 QDockWidget::title { padding: 2px 8px; }
 QToolBar QToolButton { padding: 1px 5px; }
 QTabBar::tab { padding: 2px 7px; }
 QHeaderView::section { padding: 2px 4px; }
 """
-_REASONS = "title_away"  # a dock's property with the parts that hide its title
+_REASONS = "title_away"  # property of a dock: the parts of the program that hide its title
 
 
 class Compact(Protocol):
@@ -29,15 +29,15 @@ class Compact(Protocol):
 
 
 class LowWindow:
-    """Switches the window and its parts between the normal layout and the one for low windows."""
+    """Switches the window and its parts between the normal layout and the low one."""
 
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """Prepare the layouts. `parts` are the widgets that have a layout for low windows."""
+        """Prepare the two layouts. `parts` are the widgets that have a layout for low windows."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
-        # After the change, because a dock still has its old neighbours during it.
+        # Wait until the change is over, because during it a dock still has its old neighbours.
         self._soon = QTimer(window, singleShot=True, interval=0)
         self._soon.timeout.connect(self._name_docks)
         for dock in docks.values():
@@ -45,7 +45,7 @@ class LowWindow:
                 changed.connect(lambda _: self._soon.start())
 
     def follow(self) -> None:
-        """Use the layout that suits the current height of the window."""
+        """Use the layout that fits the current height of the window."""
         low = self._window.height() < _LOW
         if low == self.low:
             return
@@ -56,27 +56,27 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """In a low window, hide the titles of docks in tabs, since the tabs show the names."""
+        """In a low window, hide the titles of docks in tabs, because the tabs show them."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
 
 
 def is_seen(dock: QDockWidget) -> bool:
-    """True if a dock is visible on the screen.
+    """Return True if a dock is visible on the screen.
 
     `isVisible` is not enough: Qt also reports docks behind other tabs as visible, although they are
-    outside the window. The visible region cannot be used either, because a dock's content may cover
-    all of it.
+    outside the window. The visible region cannot be used either, because the content of a dock may
+    cover all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)
 
 
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
-    """Show or hide the title of a dock on behalf of the part `by`.
+    """Show or hide the title of a dock on behalf of `by`, a part of the program.
 
-    The title is visible only if no part hides it.
+    The title is visible only if no part of the program hides it.
     """
     before = frozenset(dock.property(_REASONS) or ())
     reasons = before - {by} if shown else before | {by}

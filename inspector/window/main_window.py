@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The document and the views do all other work."""
+"""The main window: docks, menus and layout. The document and the views do the other work."""
 
 from __future__ import annotations
 
@@ -47,11 +47,12 @@ class MainWindow(Parts):
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
         """Build the window.
 
-        The settings are saved in `settings_file`, or not at all if it is None.
+        The settings are saved in `settings_file`, or not at all if `settings_file` is None.
         """
         super().__init__()
         self.settings = settings
-        self._without_asking = False  # on closing; the journal has the decisions
+        # True if the window closes without asking; the journal has the decisions
+        self._without_asking = False
         self.document = Document(self)
         self.exporter = Exporter(self.document, self)
         self.player = Player(self.document, self)
@@ -71,14 +72,14 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # again, since a widget that gets a parent loses its colours
+        self.program.colour()  # again, because a widget that gets a parent loses its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
         self._kept_settings = SettingsKeeper(
             settings, settings_file, self._geometry_and_layout, complain, self
         )
-        # Immediately, because after a crash the next start must know which clip was open.
+        # Save at once, because after a crash the next start must know which clip was open.
         self.document.opened.connect(self._kept_settings.write)
 
     # -- building -----------------------------------------------------------------------------
@@ -99,7 +100,7 @@ class MainWindow(Parts):
                 setattr(self, name, built)
 
     def _build_docks(self) -> None:
-        # The column on the right is as high as the window; the curves are below the figure only.
+        # The right column is as high as the window, so the curves are only below the figure.
         self.setCorner(Qt.Corner.BottomRightCorner, Area.RightDockWidgetArea)
         self._dock("curves", tr("Curves"), self.timeline, Area.BottomDockWidgetArea)
         for feature, panel in panels():
@@ -178,7 +179,10 @@ class MainWindow(Parts):
         )
 
     def _is_guided(self) -> bool:
-        """True while a lesson, an exercise or the teaching tab decides how the figure is drawn."""
+        """Return True if the program decides how to draw the figure.
+
+        This is the case in a lesson, in an exercise and in the teaching tab.
+        """
         return self.document.borrowed is not None or self.viewport.drawing.guest is not None
 
     def _keyboard_home(self) -> QWidget:
@@ -198,14 +202,14 @@ class MainWindow(Parts):
         self.files.open_path(path)
 
     def save_quietly(self) -> bool:
-        """Save the review without a message. Return True if it is on disk."""
+        """Save the review without a message. Return True if the session is on disk."""
         return self.files.save_quietly()
 
-    def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
+    def _scheme_changed(self) -> None:  # a method, which Qt disconnects when the window is deleted
         self.program.colour()
 
     def close_without_asking(self) -> None:
-        """Close the window without asking. Unsaved decisions remain in the journal."""
+        """Close the window without asking. Unsaved decisions stay in the journal."""
         self._without_asking = True
         self.close()
 
@@ -221,7 +225,7 @@ class MainWindow(Parts):
     # -- Qt events ----------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Resize the panels together with the window, unless the user has set their sizes."""
+        """Resize the panels together with the window unless the user has set their sizes."""
         super().resizeEvent(event)
         self.usual_layout.follow()
 
@@ -234,7 +238,7 @@ class MainWindow(Parts):
         """Check the clip and its lock for changes when the window becomes active."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.document.recovery.look_around()
+            self.document.recovery.check_lock_and_clip()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept a drag if it contains files."""
@@ -242,7 +246,7 @@ class MainWindow(Parts):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first dropped file. A video is shown next to the open clip."""
+        """Open the first dropped file. A dropped video is shown next to the open clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
@@ -251,7 +255,7 @@ class MainWindow(Parts):
                 self.open_path(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Close the window, unless the user cancels this.
+        """Close the window, unless the user cancels.
 
         Finish a running export, ask about unsaved decisions, save the layout and close the views.
         """
@@ -264,11 +268,11 @@ class MainWindow(Parts):
             task.cancel()
         self.player.pause()
         self.program.close_guide()
-        self.actions_by_id["presentation"].setChecked(False)  # save the usual layout, not this one
+        self.actions_by_id["presentation"].setChecked(False)  # save the normal layout
         self.document.close_clip()
         for part in self.built.values():
             part.close()
-        if trouble := self._kept_settings.end():  # the window closes: print to the terminal
+        if trouble := self._kept_settings.end():  # no window is left to show it: print it
             print(legible(trouble), file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)

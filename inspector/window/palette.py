@@ -16,9 +16,9 @@ _ROWS = 12
 
 
 class CommandPalette(QDialog):
-    """A search line with a list of matching actions.
+    """A search line above a list of matching actions.
 
-    Enter runs the selected action, or the first one if none is selected.
+    Enter runs the selected action.
     """
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:

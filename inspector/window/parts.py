@@ -1,4 +1,4 @@
-"""The attributes of the window that its own actions use."""
+"""The attributes of the window that the action table uses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from inspector.window.usual_layout import UsualLayout
 
 
 class Parts(HostWindow):
-    """The window as used by the action rows that belong to no feature."""
+    """The window with the attributes used by the rows of the action table.
+
+    The rows of a feature use the attributes of that feature instead.
+    """
 
     presentation: Presentation
     usual_layout: UsualLayout

@@ -1,4 +1,4 @@
-"""The dialog for the reviewer's name, the number of the first frame, and the shortcuts."""
+"""The preferences dialog: the reviewer's name, the number of the first frame, and shortcuts."""
 
 from __future__ import annotations
 
@@ -33,19 +33,16 @@ _AUTOSAVE = Tick(
     tr("Save sessions automatically"),
     tr("Save one minute after the last step, and when another clip is opened"),
 )
-_FRAME = 60  # pixels for the title bar and a margin at the screen's edges
+_FRAME = 60  # pixels for the title bar and a margin at the edges of the screen
 
 
 class Preferences(QDialog):
-    """A form for the settings. They change only when the user accepts the form."""
+    """A form for the settings. The settings change only when the user accepts the form."""
 
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """Build the form.
-
-        `ticks` are check boxes for those settings of features that are either on or off.
-        """
+        """Build the form. `ticks` are check boxes for settings of features that are on or off."""
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))
@@ -101,7 +98,7 @@ class Preferences(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def accept(self) -> None:
-        """Write the values in the form to the settings."""
+        """Store the values of the form in the settings."""
         settings = self._settings
         settings.reviewer = self.reviewer.text().strip()
         settings.first_frame = self.first.currentIndex()

@@ -1,4 +1,4 @@
-"""The presentation: figure, curves and a running lesson in large type, for a lecture hall."""
+"""The presentation mode for a lecture hall: figure, curves and a running lesson in large type."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
 _KEPT = ("curves", "teaching", "guide")  # docks that stay visible if they are visible
-_SCALE = 1.7  # scale of type and lines
-_CURVES_SHARE, _WITH_LESSON = 0.42, 0.33  # share of the window's height
-_LESSON_SHARE = 0.27  # of the window's width, for the page of a lesson
+_SCALE = 1.7  # scale of text and lines
+# The curves' share of the window's height, without and with a lesson
+_CURVES_SHARE, _WITH_LESSON = 0.42, 0.33
+_LESSON_SHARE = 0.27  # share of the window's width for the page of a lesson
 
 
 @runtime_checkable
 class Scaled(Protocol):
-    """A widget whose type can be enlarged."""
+    """A widget whose text can be enlarged."""
 
     def set_scale(self, scale: float) -> None:
-        """Scale the type; 1 is the normal size."""
+        """Scale the text; 1 is the normal size."""
 
 
 class Presentation:
-    """Hides everything except figure, transport, curves and lesson, and restores it afterwards."""
+    """Hides everything except figure, transport, curves and lesson, until the mode ends."""
 
     def __init__(
         self,
@@ -38,19 +39,19 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """Prepare a presentation. `docks` are the window's docks, keyed by object name."""
+        """Prepare the presentation mode. `docks` are the window's docks, keyed by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
         self._full = self._taught = False
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
-        # A floating dock is a separate window, from which Esc must end the presentation, too.
+        # A floating dock is a separate window, in which Esc must also end the presentation.
         self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
         self._escape.setEnabled(False)
         self.escaped = self._escape.activated
 
     def enter(self) -> None:
-        """Start the presentation: large type, full screen."""
+        """Enlarge the text, hide the other panels and switch to full screen."""
         if self._layout is not None:
             return
         window = self._window
@@ -75,12 +76,13 @@ class Presentation:
             window.resizeDocks([self._docks["guide"]], [width], Qt.Orientation.Horizontal)
 
     def leave(self) -> None:
-        """End the presentation and restore the window."""
+        """End the presentation, and restore the window."""
         if self._layout is None:
             return
         window, layout = self._window, self._layout
         self._layout = None
-        other_tab = self._taught and self._docks["teaching"].isHidden()  # by a page of a lesson
+        # Hidden by the page of a lesson
+        other_tab = self._taught and self._docks["teaching"].isHidden()
         self._scale(1.0)
         self._escape.setEnabled(False)
         self._show_titles(shown=True)

@@ -29,7 +29,7 @@ _ICON = 64  # pixels
 class ProgramActions:
     """The actions for the theme, the preferences, the command palette and the help.
 
-    `ticks` are the check boxes for settings of features in the preferences.
+    `ticks` are the check boxes that the preferences show for settings of features.
     """
 
     document: Document
@@ -50,7 +50,7 @@ class ProgramActions:
             self.colour()
 
     def colour(self) -> None:
-        """Apply the theme that is set in the preferences, or the system's theme."""
+        """Apply the theme chosen in the preferences, or the system's theme."""
         self.apply_theme(self.wanted_theme())
 
     def apply_theme(self, theme: themes.Theme) -> None:
@@ -61,11 +61,11 @@ class ProgramActions:
         self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
-        """Return the theme that is set in the preferences, or the system's theme."""
+        """Return the theme chosen in the preferences, or the system's theme."""
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the settings for the reviewer's name, the first frame's number and the keys."""
+        """Apply the reviewer's name, the number of the first frame and the shortcuts."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)
@@ -99,7 +99,7 @@ class ProgramActions:
         self._guide = None
 
     def show_about(self) -> None:
-        """Show a dialog with the version, the method, the data and the licence."""
+        """Show a dialog with the version, the method, the sources of the data and the licence."""
         box = QMessageBox(self.window)
         box.setWindowTitle("Twist Inspector")
         box.setIconPixmap(program_icon().pixmap(_ICON))

@@ -1,4 +1,4 @@
-"""The actions that review intervals."""
+"""The actions for reviewing intervals."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.language import of_core, plural, tr
+from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.panels.reject_reasons import REASONS
-from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
 from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, reason_sentence
@@ -33,24 +33,24 @@ from twistcore.review.model import flattened, following, resized
 
 @dataclass(eq=False)
 class ReviewActions:
-    """The actions that decide, move, insert and remove intervals, and that step through them.
+    """The actions that decide on, edit, insert and remove intervals, and move between them.
 
     Attributes
     ----------
     card
-        The card of the selected interval. It also shows why nothing was found elsewhere.
+        The card of the selected interval. The card also shows why nothing was found at a frame.
     show_card
-        Function that brings the card to the front.
+        A function that brings the card to the front.
     look
-        Function that turns the camera so that the roll of the selected limb is best visible.
+        A function that turns the camera so that the roll of the selected limb is well visible.
     sees
-        Function that returns True if the selected limb is visible.
+        A function that returns True if the selected limb is visible.
     show_status
-        Function that shows a sentence in the status bar.
+        A function that shows a sentence in the status bar.
     key
-        Function that returns the shortcut of an action as text.
+        A function that returns the shortcut of an action as text.
     more_clips
-        Function that returns True if a folder of clips is open.
+        A function that returns True if a folder of clips is open.
     """
 
     document: Document
@@ -76,7 +76,7 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        # Later, when the playhead has moved. The camera turns only if the limb cannot be seen.
+        # Wait until the playhead has moved. Turn the camera only if the limb is not visible.
         find = QTimer(self.window, singleShot=True, interval=0)
         find.timeout.connect(lambda: None if self.sees() else self.look())
         document.interval_changed.connect(
@@ -88,7 +88,7 @@ class ReviewActions:
     # -- decisions, and moving between intervals -------------------------------------------------
 
     def judge(self, decision: Decision) -> None:
-        """Set the decision of the selected intervals without moving the camera."""
+        """Set the decision for the selected intervals without moving the camera."""
         if self.document.data is not None:
             with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order)
@@ -96,10 +96,10 @@ class ReviewActions:
                 self._report_end()
 
     def decide(self, decision: Decision) -> None:
-        """Set the decision of the selected intervals, and go to the next undecided interval.
+        """Set the decision for the selected intervals, and go to the next undecided interval.
 
-        If a selected interval is not visible, no decision is set. The interval is shown first, so
-        that the user decides after seeing it.
+        If the selected interval is outside the plots' visible range, it is only shown, so that the
+        user decides after seeing it.
         """
         if self._out_of_view():
             return
@@ -129,7 +129,7 @@ class ReviewActions:
             return
         self.show_status(words)
         if (before.method, before.tau) != (after.method, after.tau):
-            return  # many intervals at once, none of which is meant
+            return  # many intervals have changed, so there is none to go to
         old = {j.id: j for j in before.intervals}
         changed = [j.id for j in after.intervals if old.get(j.id) is not j]
         if not changed:
@@ -180,7 +180,7 @@ class ReviewActions:
         self._arrive(zoom=True)
 
     def _report_unexamined(self) -> bool:
-        """Show a message and return True if there are no intervals because no limb was examined."""
+        """If no limb was examined, show a message and return True."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
@@ -224,7 +224,7 @@ class ReviewActions:
             self.visible.zoom_to_interval()
 
     def _report_end(self) -> None:
-        """If every listed interval is decided, show what to do next."""
+        """Show what to do next if every listed interval is decided."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
@@ -249,7 +249,7 @@ class ReviewActions:
                     "{key} exports without a dialog and opens the next clip.",
                     key=self.key("export_at_once"),
                 )
-        rest = in_a_line(unexamined_sentences(self.document.data))
+        rest = one_line_summary(unexamined_sentences(self.document.data))
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
@@ -266,10 +266,10 @@ class ReviewActions:
     def accept_confident(self) -> None:
         """Open the dialog that accepts all undecided intervals with a high confidence."""
         if self.document.data is not None:
-            SureOnes(self.document, self.accept_at_least, self.window).show()
+            AcceptConfidentDialog(self.document, self.accept_at_least, self.window).show()
 
     def accept_at_least(self, confidence: float) -> None:
-        """Accept all undecided intervals with at least this confidence, as one undo step."""
+        """Accept all undecided intervals with at least this confidence, in one undo step."""
         document = self.document
         if document.data is not None and document.automatic_ids(confidence):
             document.accept_undecided(confidence)
@@ -281,7 +281,7 @@ class ReviewActions:
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
-        """Show the list of reasons, and reject the selected interval for the chosen one."""
+        """Show the list of reasons, and reject the selected interval with the chosen reason."""
         if (judged := self.document.interval) is None:
             self._ask_to_select()
         elif not self._out_of_view():
@@ -302,7 +302,10 @@ class ReviewActions:
             self.decide(Decision.REJECTED)
 
     def focus_field(self, what: str) -> None:
-        """Move the focus to the selected interval's 'note', 'delta', 'start' or 'stop'."""
+        """Move the focus to a field of the selected interval.
+
+        `what` is 'note', 'delta', 'start' or 'stop'.
+        """
         if self.document.interval is None:
             self._ask_to_select()
             return
@@ -311,7 +314,7 @@ class ReviewActions:
             self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
-        """Play the frames around the edge of the interval that is nearest to the playhead.
+        """Play the frames around the edge of the selected interval that is nearest to the playhead.
 
         If `other` is True, play around the other edge.
         """
@@ -328,7 +331,7 @@ class ReviewActions:
     # -- edges, and intervals made by hand ------------------------------------------------------
 
     def move_edge(self, *, start: bool) -> None:
-        """Move the start of the selected interval to the playhead, or its end to just after it."""
+        """Move the start of the selected interval to the playhead, or its end to the next frame."""
         if (judged := self.document.interval) is None:
             return
         frame, interval = self.document.frame, judged.interval
@@ -344,12 +347,12 @@ class ReviewActions:
             self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
-        """Make the offset of the selected interval constant."""
+        """Use the same offset in all frames of the selected interval."""
         if judged := self.document.interval:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Vary the selected interval's offset, so that the corrected twist is linear in time."""
+        """Use a separate offset in each frame, so that the corrected twist is linear in time."""
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
@@ -360,9 +363,10 @@ class ReviewActions:
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the part below the selected interval between kept and carried along.
+        """Switch whether the part below the selected interval turns with the limb.
 
-        This part is the hand or foot of a flip, or the joints below a stretch.
+        This part is the hand or foot of a flip, or the joints below a stretch. If it does not turn
+        with the limb, it keeps its rotation.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
@@ -377,22 +381,21 @@ class ReviewActions:
     def insert_interval(self) -> None:
         """Insert an interval at the playhead.
 
-        If the playhead is in a suspicious moment found by `next_faint`, insert that as the
-        interval.
+        If `next_faint` has found a suspicious moment at the playhead, the interval has its frames.
         """
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
         self.document.insert_interval(frame, faint if there else None)
 
     def remove_interval(self) -> None:
-        """Remove the selected interval if it was inserted by hand."""
+        """Remove the selected interval if it was made by hand."""
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
 
     # -- missed errors --------------------------------------------------------------------------
 
     def next_faint(self) -> None:
-        """Go to the next suspicious moment at which the detector may have missed an error.
+        """Go to the next suspicious moment, at which the detector may have missed an error.
 
         Such a moment is a candidate with a strength between τ/2 and τ, or an unexplained peak above
         τ.
@@ -407,7 +410,7 @@ class ReviewActions:
         if self._report_unexamined():
             return
         past = list(peaks(document))
-        faint = faint_intervals(data.analysis, document.review.state)
+        faint = weak_candidates(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
             text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
@@ -442,7 +445,7 @@ class ReviewActions:
         )
 
     def why_not(self) -> None:
-        """Explain why nothing was found at the playhead, or at the peak above τ next to it."""
+        """Explain why nothing was found at the playhead, or at the peak above τ nearest to it."""
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
@@ -452,9 +455,9 @@ class ReviewActions:
             document.answered.emit(reason_sentence(document, reason))
 
     def answer(self, text: str) -> None:
-        """Show a text about why nothing was found, unless the card already shows it.
+        """Show an explanation of why nothing was found, unless the card already shows it.
 
-        The text disappears when the playhead moves.
+        The explanation disappears when the playhead moves.
         """
         self._withdraw()
         if not self.card.says(text):
@@ -467,7 +470,7 @@ class ReviewActions:
             self._answer = ""
 
     def go_to_frame(self) -> None:
-        """Ask for the number of a frame, and go to this frame."""
+        """Ask for the number of a frame, and move the playhead to that frame."""
         if not self.document.frames:
             return
         first = self.document.first_frame
@@ -484,7 +487,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence on the number of harmless peaks above τ, or '' if there are none."""
+    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
@@ -504,8 +507,8 @@ def _count_explained(past: Sequence[Reason]) -> str:
     )
 
 
-def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
-    """Return the intervals that the detector finds only with a τ between half of τ and τ.
+def weak_candidates(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
+    """Return the intervals that the detector finds with half of τ, but not with τ.
 
     Intervals that overlap an interval of the review are left out.
     """

@@ -1,4 +1,4 @@
-"""The review of intervals as a feature of the window. Its actions are in the action table."""
+"""The review of intervals, as a feature of the window. Its actions are in the action table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.widgets.building import bring_to_front, scrolled, vbox
 from inspector.window.review_actions import ReviewActions
 
-_ON_ROWS = (  # actions in the context menu of a row
+_ON_ROWS = (  # actions in the context menu of an interval
     "accept", "reject", "reject_for", "reset", "write_note", "zoom_to_interval", "loop_interval",
     "remove_interval",
 )  # fmt: skip
@@ -33,7 +33,7 @@ class Reviewing(FeatureParts):
         self.history = HistoryPanel(document)
 
     def content(self) -> QWidget:
-        """Return the content of the dock: the list with the card below it."""
+        """Return the content of the dock: the list, with the card below."""
         column = QWidget()
         vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
         return scrolled(column)

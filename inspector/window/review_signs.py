@@ -1,4 +1,4 @@
-"""Show the review's state in the title, in undo and redo, and in the status bar."""
+"""Show the state of the review in the title, in undo and redo, and in the status bar."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ class ReviewSigns:
         document, title = self._window.document, "Twist Inspector"
         data = document.data
         look = tr(" (read-only)") if document.keeper.read_only else ""
-        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""  # escapes [*]
+        # Qt replaces [*] by a mark for changes; doubled, it is shown as it is
+        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""
         self._window.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
 
     def _show_decided(self) -> None:

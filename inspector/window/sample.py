@@ -20,18 +20,18 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.ordinary import is_file, is_there, own_folder, read_file
 from twistcore.review import Judged
 
-_FOLDER = "Twist Inspector"  # in the user's documents
-_VERDICTS = ("accept", "reject")  # ids of actions
-_MOST = 100  # number of names to try
+_FOLDER = "Twist Inspector"  # folder in the user's documents
+_VERDICTS = ("accept", "reject")  # ids of the actions
+_MOST = 100  # number of file names to try
 
 
 def open_sample(parts: Parts) -> None:
-    """Open the user's copy of the sample at its worst interval, with the skin side by side."""
+    """Open the user's copy of the sample at its worst interval, with the skin and side by side."""
     parts.files.open_then(own_copy(SAMPLE), partial(_begin, parts))
 
 
 def own_copy(bundled: Path) -> Path:
-    """Return the path of a bundled clip's copy in the user's documents, and create it if needed.
+    """Return the copy of a bundled clip in the user's documents, and create it if necessary.
 
     If there is another file with this name, the copy gets the next free name. If the folder is
     read-only, the path of the bundled clip is returned.
@@ -55,7 +55,8 @@ def own_copy(bundled: Path) -> Path:
 
 def _begin(parts: Parts) -> None:
     worst = parts.review_actions.go_to_worst()
-    for look in ("skin", "side_by_side"):  # even if this kind of error is drawn in another way
+    # Even if the user has chosen another view for this kind of error
+    for look in ("skin", "side_by_side"):
         parts.actions_by_id[look].setChecked(True)
     if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
         sentence = _sentence(parts, worst)

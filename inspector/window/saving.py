@@ -1,4 +1,4 @@
-"""Saving of the session: on request, automatically, and before another clip is opened."""
+"""Save the session on request, automatically, and before another clip is opened."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from inspector.lessons.feature import feature as lessons
 from inspector.session.session_files import SESSION_SUFFIX, is_session
 from inspector.widgets.file_dialog import ask_where
 
-_AUTOSAVE_MS = 60_000  # after the last step
+_AUTOSAVE_MS = 60_000  # time after the last step
 
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves decisions or leaves them in the journal. No modal dialog interrupts a review.
+    """Saves decisions, or leaves them in the journal, without a modal dialog during a review.
 
     `tell_saved` is a function that is called when the session is on disk.
     """
@@ -42,7 +42,7 @@ class Saving:
         self.document.intervals_changed.connect(self._wait_to_save)
 
     def save_session_as(self) -> None:
-        """Ask for a file name, and write the session there."""
+        """Ask for a path, and write the session to it."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -65,7 +65,7 @@ class Saving:
         if saved:
             asks = self.bar.asks
             changed = self.document.recovery.check_clip()
-            if changed and (asks or not self.bar.asks):  # if not, a question is already shown
+            if changed and (asks or not self.bar.asks):  # if neither, the question is already shown
                 own = tr("The session belongs to the version that is open.")
                 trouble += f" {changed} {own}"
             self.tell_saved()
@@ -78,7 +78,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """Return True, and show a message, if the clip is borrowed, so that it gets no session."""
+        """If the clip is borrowed, show why it gets no session, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -86,7 +86,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Save unsaved decisions, or leave them in the journal, and then call `then`.
+        """Save unsaved decisions or leave them in the journal, then call `then`.
 
         If the user must be asked, the question is not modal.
         """
@@ -129,21 +129,21 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """True if the review is saved, or need not be saved because the clip is borrowed."""
+        """Return True if the review is saved, or need not be saved because the clip is borrowed."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save without a message, except for errors. Return True if the session is on disk.
+        """Save the session without a message, except for errors. Return True if it is on disk.
 
         Borrowed clips and clips shipped with the program get no session, because the next user must
-        find them unchanged. Their decisions remain in the journal.
+        find them unchanged. Their decisions stay in the journal.
         """
         saved, trouble = self._save()
         self._report(trouble)
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """Save if possible. Return whether the session is on disk, and an error message or ''."""
+        """Save if possible. Return True if the session is on disk, and an error message or ''."""
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
@@ -181,9 +181,10 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """True if closing loses no decision: all are saved, in the journal, or discarded.
+        """Return True if no decision is lost when the window closes.
 
-        With `ask`, the user is asked if necessary.
+        All decisions must be saved, in the journal, or discarded by the user. If `ask` is True, the
+        user is asked when necessary.
         """
         waits = self.lessons.hidden_errors.not_handed_in if ask else ""
         if waits and not self._closes_without_handing_in(waits):
@@ -196,7 +197,7 @@ class Saving:
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
-                return True  # other messages do not require an action by the user
+                return True  # other messages require no action by the user
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
                 return not trouble or self._closes_unsaved(trouble)
         if self.document.keeper.read_only:
@@ -230,7 +231,7 @@ class Saving:
     def _closes_read_only(self, text: str) -> bool:
         """Ask whether to save decisions elsewhere, because another window has locked the session.
 
-        Return True to close the window.
+        Returns True to close the window.
         """
         button = QMessageBox.StandardButton
         answer = self._ask_to_close(text, tr("Save elsewhere…"), tr("Close without saving"))
@@ -256,10 +257,7 @@ class Saving:
         return answer
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Show that the session cannot be written.
-
-        Return True if the window should close anyway.
-        """
+        """Show that the session cannot be written. Return True to close the window anyway."""
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions the next time you start the program.")
         text = f"{trouble} {later}"
@@ -273,5 +271,5 @@ def _unsaved_text(clip: str) -> str:
 
 
 def _named_session(path: Path) -> Path:
-    """Return the path with the suffix of session files."""
+    """Return the path with the suffix of session files added if it is missing."""
     return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

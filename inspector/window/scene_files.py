@@ -1,4 +1,4 @@
-"""Open scene files of other programs. Blender converts them to a BVH next to the file."""
+"""Open scene files of other programs, which Blender converts to a BVH file in the same folder."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.formats.blender import SUFFIXES, find_blender
 from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.work.progress import Tell
 
-CLIPS = CLIP_PATTERNS  # patterns of the names of files
+CLIPS = CLIP_PATTERNS  # file name patterns
 CLIPS_AND_SCENES = " ".join((CLIPS, *(f"*{suffix}" for suffix in SUFFIXES)))
 Message = Callable[[str, bool], object]
 
@@ -31,7 +31,7 @@ class SceneFiles(QObject):
         self._task = OneTask(self)
 
     def take(self, path: Path) -> bool:
-        """Convert and open a file if it is a scene. Returns False for any other file."""
+        """Convert and open a file if it is a scene. Return False for any other file."""
         if path.suffix.lower() not in SUFFIXES:
             return False
         clip = path.with_suffix(".bvh")
@@ -69,7 +69,7 @@ class SceneFiles(QObject):
 
 
 def _convert(path: Path, clip: Path, blender: str, _: Tell) -> tuple[str, ...]:
-    """Convert a scene to a clip, and return the notes about it."""
+    """Convert a scene to a clip with Blender, and return the notes about the conversion."""
     from twistcore.formats.blender.scene_motion import write_as_bvh  # scipy.spatial
 
     return write_as_bvh(path, clip, blender)[1].notes

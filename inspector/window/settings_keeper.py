@@ -1,6 +1,6 @@
 """Save changed settings within a second, so that they survive a crash.
 
-This module also saves how the figure is drawn for each kind of error.
+This module also remembers how the figure is drawn for each kind of error.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from PySide6.QtGui import QAction
 from inspector.session.document import Document
 from inspector.session.settings import Settings, save_changes
 
-_LOOK_MS = 450  # a change is written when it is the same in two checks, within a second
+_LOOK_MS = 450  # a changed setting is written if two checks find the same value
 
 _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draws the figure as the user has chosen for the selected kind of error."""
+    """Draws the figure in the way that the user has chosen for the selected kind of error."""
 
     def __init__(
         self,
@@ -34,14 +34,14 @@ class KeptLooks(QObject):
         """Restore the last choice.
 
         `is_busy` is a function that returns True while a lesson or the teaching tab decides how to
-        draw.
+        draw the figure.
         """
         super().__init__(parent)
         self._document, self._settings, self._is_busy = document, settings, is_busy
         self._actions = {look: actions[look] for look in _LOOKS}
         for look, action in self._actions.items():
             action.setChecked(settings.value(look))
-            # Not `toggled`: lessons switch both for a while.
+            # Do not use `toggled`, because lessons switch both actions for a while.
             action.triggered.connect(lambda on, name=look: self._remember(name, on))
         document.interval_changed.connect(self._follow)
 
@@ -62,7 +62,7 @@ class KeptLooks(QObject):
 
 
 class SettingsKeeper(QObject):
-    """Checks the settings regularly, and writes the changed ones to disk."""
+    """Checks the settings regularly, and writes changed settings to disk."""
 
     def __init__(
         self,
@@ -72,16 +72,16 @@ class SettingsKeeper(QObject):
         tell: Callable[[str], object],
         parent: QObject,
     ) -> None:
-        """Start checking the settings.
+        """Begin to check the settings.
 
         Parameters
         ----------
         path
             The file to write, or None to write nothing.
         look
-            Function that returns the geometry and layout of the window, or None to save neither.
+            A function that returns the geometry and layout of the window, or None to save neither.
         tell
-            Function that shows a message. It is called once if writing fails.
+            A function that shows a message. It is called once if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
@@ -99,7 +99,8 @@ class SettingsKeeper(QObject):
         if self._settings == self._written:
             return
         if self._settings != self._seen:
-            self._seen = deepcopy(self._settings)  # still changing, for example in a drag
+            # A value is still changing, for example in a drag
+            self._seen = deepcopy(self._settings)
         else:
             self.write()
 
@@ -108,7 +109,7 @@ class SettingsKeeper(QObject):
             return
         for name, now in zip(("geometry", "layout"), looks, strict=True):
             if not self._began and getattr(self._settings, name):
-                setattr(self._written, name, now)  # adapted to the screen, not by the person
+                setattr(self._written, name, now)  # changed by the program for this screen
             setattr(self._settings, name, now)
         self._began = True
 

@@ -1,4 +1,4 @@
-"""The toolbar: icons of the most frequent actions, with labels if they fit."""
+"""The toolbar: icons of the most frequent actions, with labels if there is room."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Colours, Theme
 from inspector.window.actions import Menus, rows
 
-# In a narrow window these lose their words: first the usual actions of programs, then the views.
+# The groups of buttons without labels: none; in a narrow window, common actions such as undo; in a
+# narrower one, the views as well.
 _SPARED: tuple[tuple[int, ...], ...] = ((), (1,), (1, 2))
 _Word = Qt.ToolButtonStyle
-_MARGIN = 2  # pixels around the buttons; the style has more
+_MARGIN = 2  # pixels around the buttons; the style's margin is wider
 
 
 class ToolBar(QToolBar):
-    """The actions as buttons. In a narrow window, the labels of some are hidden."""
+    """A toolbar with a button for each action. In a narrow window, some labels are hidden."""
 
     def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
@@ -37,14 +38,14 @@ class ToolBar(QToolBar):
             before = tool.place
             actions[name].setIconText(tool.word)
             self.addAction(actions[name])
-        self._fitted = 0  # the width, in pixels, for which the words were chosen
+        self._fitted = 0  # the width, in pixels, for which the labels were chosen
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
         for name, action in self._actions.items():
             if has_icon(name):
                 action.setIcon(icon(name, theme))
-                # A menu would show the icon instead of the tick.
+                # If an icon were shown, a menu would show it instead of the tick.
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -1,4 +1,4 @@
-"""The window's layout: initial, restored from the last run, or reset."""
+"""The window's layout: the initial layout, or the layout of the last run."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ class _Size:
 
     Attributes
     ----------
-    share, largest
-        Shares of the window's width or height: the usual share, and the largest share.
+    share
+        The usual share of the window's width or height.
     least, most
-        Limits in pixels. In a small window, `largest` takes precedence over `least`.
+        The limits in pixels. In a small window, `largest` takes precedence over `least`.
+    largest
+        The largest share of the window's width or height.
     """
 
     share: float
@@ -30,22 +32,23 @@ class _Size:
     largest: float
 
     def of(self, whole: int) -> int:
-        """Return the size in pixels in a window of this width or height."""
+        """Return the size in pixels for a window of this width or height."""
         return round(min(max(self.share * whole, self.least), self.most, self.largest * whole))
 
 
-# The column with the lists and the card is as wide as the card needs; its chains are scrolled. The
-# curves are as high as two rows of plots. The figure takes the rest.
+# The right column is as wide as the card needs, and scrolls the list of chains. The curves are as
+# high as two rows of plots. The figure gets the rest.
 _COLUMN = _Size(share=0.31, least=390, most=540, largest=0.38)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
 _CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
 _LOW_CURVES = 0.27  # share of a low window's height
-# With a large font the lines above the curves take some of the curves' height.
-_USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
-_SIZE = (1440, 900)  # size of the first window, if the screen is large enough
-_FRAME = (12, 40)  # pixels for borders and a title bar
-_SIZED = (  # docks and the direction of the size that is set
+# With a large font, the lines of text above the curves take some of the curves' height.
+# Pixels of a line; number of lines, such as menus, titles and tabs
+_USUAL_LINE, _LINES_ABOVE = 14, 14
+_SIZE = (1440, 900)  # initial size of the window, in pixels, if the screen is large enough
+_FRAME = (12, 40)  # pixels for the window's borders and title bar
+_SIZED = (  # docks whose size is set, with the direction of the size
     ("intervals", Qt.Orientation.Horizontal),
     ("chains", Qt.Orientation.Vertical),
     ("curves", Qt.Orientation.Vertical),
@@ -53,8 +56,9 @@ _SIZED = (  # docks and the direction of the size that is set
 _STATE_VERSION = 3
 _SEPARATOR = 3  # pixels between two docks, as in the style sheet
 _LEEWAY = 3  # pixels by which a layout may be rounded
-# Usable widths of restored panels next to the figure, and usable heights of panels above or below
-# it: pixels at least, and the largest share of the window's size.
+# Limits of restored panels: the smallest size in pixels, and the largest share of the window's
+# size. The size is the width of a panel next to the figure, or the height of a panel above or
+# below.
 _Area = Qt.DockWidgetArea
 _USABLE = {
     _Area.LeftDockWidgetArea: (120, 0.35),
@@ -68,8 +72,8 @@ _SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
     """Return `panel`, moved so that it does not cover `taken`.
 
-    It is moved the shortest way up, down, left or right that stays inside `room`. If there is none,
-    `panel` is returned unchanged.
+    The panel is moved up, down, left or right, by the shortest distance that keeps it inside
+    `room`. If no direction is possible, the panel is returned unchanged.
     """
     if not panel.intersects(taken):
         return panel
@@ -99,18 +103,23 @@ class UsualLayout(QObject):
     ) -> None:
         """Prepare the layout.
 
-        `docks` are the docks in their initial positions, keyed by object name. `controls` are the
-        controls below the figure. Floating panels do not cover them initially. `compact` are the
-        parts that have a layout for low windows, see :class:`LowWindow`.
+        Parameters
+        ----------
+        docks
+            The docks in their initial positions, keyed by object name.
+        controls
+            The controls below the figure, which floating panels do not cover initially.
+        compact
+            The widgets that have a layout for low windows, see :class:`LowWindow`.
         """
         super().__init__(window)
         self._window, self._docks, self._controls = window, docks, controls
         self._double_clicked = False
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
-        self._by_hand = False  # True when a person has sized the panels
-        self._pressed: tuple[int, ...] = ()  # their sizes when the mouse was pressed
-        self._restored = False  # True: restored from an earlier run, but not shown yet
+        self._by_hand = False  # True if the user has resized the panels
+        self._pressed: tuple[int, ...] = ()  # sizes of the panels when the mouse was pressed
+        self._restored = False  # True if a layout was restored but has not been shown yet
         self._floating: list[QDockWidget] = []
         self._column_laid = QTimer(self, singleShot=True, interval=0)
         self._column_laid.timeout.connect(self._divide_column)
@@ -133,12 +142,12 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore a saved layout, or the initial layout for ''.
+        """Restore a saved layout; '' means the initial layout.
 
-        Both parameters are Qt's bytes as hexadecimal text.
+        Both parameters are bytes from Qt as hexadecimal text.
         """
         window = self._window
-        room = window.screen().availableSize()  # including the window's frame
+        room = window.screen().availableSize()  # includes the borders of the window
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
         window.resize(*(min(size, most - frame) for size, most, frame in pairs))
         self.fit()
@@ -165,7 +174,7 @@ class UsualLayout(QObject):
             QTimer.singleShot(0, partial(self._clear_of_controls, dock))
 
     def _floated(self, dock: QDockWidget, floating: bool) -> None:
-        # Not if a person drags the panel, because its position is then the person's choice.
+        # If the user is dragging the panel, its position is the user's choice.
         pressed = QApplication.mouseButtons() != Qt.MouseButton.NoButton
         if floating and (self._double_clicked or not pressed):
             QTimer.singleShot(0, dock, partial(self._clear_of_controls, dock))
@@ -180,7 +189,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Limit the sizes of restored panels, because they may come from another screen."""
+        """Limit the sizes of restored panels, which may come from another screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):
@@ -195,9 +204,9 @@ class UsualLayout(QObject):
                 window.resizeDocks([dock], [min(max(size, least), most)], way)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
-        """Return geometry and layout for `restore`, or None while the window is not visible.
+        """Return the geometry and layout for `restore`, or None while the window is not visible.
 
-        `geometry` is the window's geometry before it was in full screen.
+        `geometry` is the geometry of the window before it was shown in full screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():
@@ -207,7 +216,7 @@ class UsualLayout(QObject):
         return of_window, bytes(layout.toHex().data()).decode()
 
     def fit(self) -> None:
-        """Set the sizes of the panels to suit the current size of the window."""
+        """Set the sizes of the panels to fit the current size of the window."""
         self._low.follow()
         window, docks = self._window, self._docks
         across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
@@ -216,30 +225,33 @@ class UsualLayout(QObject):
         window.resizeDocks([docks["curves"]], [curves], upright)
         self._fit_clips(not docks["clips"].isHidden())
         self._divide_column(chains)
-        self._column_laid.start()  # and again with its height in the new layout
+        self._column_laid.start()  # again, with the column's height in the new layout
 
     def _fit_clips(self, shown: bool) -> None:
-        """Set the width of the visible list of clips, unless the user has sized the panels."""
+        """Set the width of the list of clips if it is visible.
+
+        If the user has resized the panels, the width stays the same.
+        """
         if shown and not self._by_hand and not self._restored:
             size = _CLIPS.of(self._window.width())
             self._window.resizeDocks([self._docks["clips"]], [size], Qt.Orientation.Horizontal)
 
     def _divide_column(self, chains: int | None = None) -> None:
-        """Set the height of the chains panel. The lists above it get the rest of the column."""
+        """Set the height of the list of chains. The panels above it get the rest of the column."""
         parts = [self._docks["intervals"], self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
         if self._by_hand or self._restored or not self._complete or not together:
             return
         chains = self._fitting()[1] if chains is None else chains
-        # Qt would divide the rest between both if one of the heights were missing. The status bar,
-        # unlike the chains, is in its place while Qt moves the docks.
+        # If one height were missing, Qt would divide the rest between both panels. The status bar,
+        # unlike the chains, already has its final position while Qt moves the docks.
         bottom = self._window.statusBar().geometry().top() - _SEPARATOR
         rest = bottom - parts[0].geometry().top() - chains
         self._window.resizeDocks(parts, [max(rest, 0), chains], Qt.Orientation.Vertical)
 
     def follow(self) -> None:
-        """Adapt the panels to a new size of the window, unless the user has set their sizes."""
+        """Adapt the panels to a new size of the window, unless the user has resized them."""
         self._low.follow()
         if self._complete and not self._by_hand and not self._restored:
             self.fit()
@@ -252,7 +264,7 @@ class UsualLayout(QObject):
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
-        """Return the sizes of panels that suit the window, in the order of `_sizes`."""
+        """Return the initial value of `_sizes` for the current size of the window."""
         wide, high = self._window.width(), self._window.height()
         least = round(_LOW_CURVES * high)
         curves = least if self._low.low else _CURVES.of(high)
@@ -262,7 +274,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """True if all sized panels are visible. In a presentation, they are not."""
+        """True if all panels whose size is set are visible. In a presentation, some are hidden."""
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _dragged_sizes(self) -> tuple[int, ...]:
@@ -270,7 +282,7 @@ class UsualLayout(QObject):
         return *self._sizes(), self._docks["clips"].width()
 
     def _sizes(self) -> tuple[int, ...]:
-        """Return the width of the column, the height of the chains and the height of the curves."""
+        """Return the width of the right column and the heights of the chains and the curves."""
         docks = self._docks
         across = Qt.Orientation.Horizontal
         return tuple(docks[n].width() if way == across else docks[n].height() for n, way in _SIZED)

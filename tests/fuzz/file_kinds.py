@@ -14,7 +14,12 @@ from pathlib import Path
 from unittest import mock
 
 from inspector.lessons import classroom
-from inspector.lessons.classroom import open_for_student, scored, to_review, write_for_class
+from inspector.lessons.classroom import (
+    open_for_review,
+    open_for_student,
+    score_answers,
+    write_for_class,
+)
 from tests.fuzz.json_damage import DEEP, NUMBERS, TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS, analysis, clip
 from tests.fuzz.trial import Kind
@@ -197,7 +202,7 @@ def _exercise(rng: random.Random) -> dict[str, bytes]:
 
 def _read_exercise(folder: Path) -> object:
     (folder / "own").mkdir()
-    with mock.patch.object(classroom, "to_review", _to_review):
+    with mock.patch.object(classroom, "open_for_review", _to_review):
         data, exercise = open_for_student(folder / "e.json", folder / "own")
     handed = HandedIn("Kim", 3.0, exercise.clip, exercise.sha256, data.review.state.intervals)
     write_handed_in(folder / "h.json", handed)
@@ -209,7 +214,7 @@ def _known():
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "e.bvh")
         path.write_bytes(_class()[3])
-        return to_review(path, ())
+        return open_for_review(path, ())
 
 
 def _to_review(path: Path, listed: object) -> object:
@@ -229,7 +234,7 @@ def _handed_in(rng: random.Random) -> dict[str, bytes]:
 
 
 def _read_handed_in(folder: Path) -> object:
-    return scored([folder / "key.json", folder / "kim.json"])
+    return score_answers([folder / "key.json", folder / "kim.json"])
 
 
 KINDS = (

@@ -14,13 +14,13 @@ import numpy as np
 
 from inspector.session import opening
 from inspector.session.leftovers import (
+    count_missing,
     decisions_in,
     holds_more,
-    missing,
     read_leftover,
     same_review,
 )
-from inspector.session.session_files import decided_in
+from inspector.session.session_files import decided_counts
 from tests.fuzz.json_damage import damage_bytes, damaged_json
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
@@ -134,7 +134,7 @@ def _read_session(folder: Path) -> object:
     (folder / "walk_injected.bvh").symlink_to(clip().path)
     sessions_in(folder)
     clip_of_session(path)
-    decided_in(folder / "walk_injected.bvh")
+    decided_counts(folder / "walk_injected.bvh")
     kept, sha256 = opening.read_session_file(path)
     decisions_of(path)
     _shown(path, sha256, kept)
@@ -174,7 +174,7 @@ def _read_journal(folder: Path) -> object:
     if leftover is not None:
         fresh = Review.of(analysis().detect()).state
         holds_more(leftover, clip(), fresh)
-        missing(leftover, fresh)
+        count_missing(leftover, fresh)
         if leftover.same_clip:
             same_review(clip(), leftover.recovered.review.state, state)
             chains = state.rig.chains(clip().motion)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inspector.lessons.classroom import open_for_student, scored, write_for_class
+from inspector.lessons.classroom import open_for_student, score_answers, write_for_class
 from tests.conftest import ASSETS
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.formats.bvh import read_bvh
@@ -66,7 +66,7 @@ def test_a_score_is_of_the_very_exercise(tmp_path):
     clip, key = write_for_class(WALK, tmp_path / "class.json", 1, "judge")
     mark = read_bvh(clip).sha256
     good = handed_in(tmp_path / "ada.json", "Ada", clip.name, mark)
-    assert scored([key, good]).splitlines()[1].startswith("Ada,0,")
+    assert score_answers([key, good]).splitlines()[1].startswith("Ada,0,")
     # Another exercise of the same name, of another seed.
     (tmp_path / "other").mkdir()
     other, its_key = write_for_class(WALK, tmp_path / "other" / "class.json", 2, "judge")
@@ -74,11 +74,11 @@ def test_a_score_is_of_the_very_exercise(tmp_path):
     for wrong in ("zzz", read_bvh(other).sha256):
         kim = handed_in(tmp_path / "kim.json", "Kim", clip.name, wrong)
         with pytest.raises(ClipMismatchError, match=r"kim\.json"):
-            scored([key, good, kim])
+            score_answers([key, good, kim])
     with pytest.raises(ClipMismatchError, match=r"ada\.json"):
-        scored([its_key, good])
+        score_answers([its_key, good])
     # A truth file that is no key does not know its clip.
     write_truth(key, replace(read_truth(key), sha256=""))
     assert "sha256" not in json.loads(key.read_text())
     with pytest.raises(FormatError, match="key"):
-        scored([key, good])
+        score_answers([key, good])

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 
 from inspector.recording.choice import Contents, Paper, RecordChoice, Shot
-from inspector.recording.page_layout import boxes
+from inspector.recording.page_layout import part_rectangles
 from inspector.recording.sheet import Sheet, SheetPicture, SheetShape, Words
 from inspector.recording.stage import WHITE, Shown, Stage
 from inspector.teaching.equation_table import typeset_texts
@@ -74,7 +74,7 @@ def sheet(window, tmp_path):
 
     yield make
     for stage in staged:
-        stage.strike()
+        stage.close_views()
 
 
 # -- figures --------------------------------------------------------------------------------------
@@ -289,7 +289,7 @@ def test_type_alone_decides_what_a_size_holds():
         for k in range(1, 8):
             contents = Contents(bool(k & 1), bool(k & 2), bool(k & 4))
             page = QRectF(0.0, 0.0, wide, high)
-            found = boxes(page.size(), contents, wanted)
+            found = part_rectangles(page.size(), contents, wanted)
             assert len(found) == bin(k).count("1")
             for name, box in found.items():
                 assert page.adjusted(0, 0, 0.01, 0.01).contains(box), (wide, high, k, name)

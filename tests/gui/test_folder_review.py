@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState
-from inspector.folder.remembered_folders import known_of_folder
+from inspector.folder.remembered_folders import folder_record
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
@@ -120,7 +120,7 @@ def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_
     assert second.document.data.clip.path.name == "2.bvh"  # where one stopped
     assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("of 2.bvh", tau)
     act(second, "automatic_folder")
-    assert known_of_folder(settings, tmp_path)["profile"] == ""
+    assert folder_record(settings, tmp_path)["profile"] == ""
     assert second.clips.tau.text().startswith("τ: ")
 
 
@@ -175,7 +175,7 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     window.detail.note.setFocus()
     export_and(lambda: qtbot.keyClicks(window.detail.note, "a or r"))
     assert not document.opener.busy  # letters that come next would judge in the next clip
-    window.keys.go_home()
+    window.keys.return_focus()
     export_and(lambda: act(window, "exercise"))
     assert not document.opener.busy
     assert window.guide.isVisible()  # a clip that opened by itself would end it

@@ -10,7 +10,7 @@ from inspector.teaching.gizmo_handles import (
     SwingDrag,
     TwistDrag,
     W,
-    taken,
+    handle_at,
 )
 from inspector.viewport.camera import OrbitCamera
 from twistcore.skeleton.rotation import normalise, quaternion_from_axis_angle, rotate
@@ -52,15 +52,15 @@ def test_what_can_be_taken_is_ten_pixels_wide_however_far_away(distance):
     assert REACH >= 10.0
     for step in (0.0, 10.0):
         for way in (np.array([1.0, 0.0]), np.array([0.0, -1.0])):
-            assert taken(held, view, SIZE, tip + step * way) == W
-        assert taken(held, view, SIZE, edge + step * away) in (DIAL, W)
-    assert taken(held, view, SIZE, tip + 60.0 * (tip - pixel(view, ROOT)) / 60.0) == ""
+            assert handle_at(held, view, SIZE, tip + step * way) == W
+        assert handle_at(held, view, SIZE, edge + step * away) in (DIAL, W)
+    assert handle_at(held, view, SIZE, tip + 60.0 * (tip - pixel(view, ROOT)) / 60.0) == ""
 
 
 def test_the_hand_takes_the_dial_and_the_middle_of_the_bone_takes_nothing():
     view, held = camera(distance=2.0), handles_along([1.0, 0.2, 0.1])
-    assert taken(held, view, SIZE, pixel(view, held.hand_tip)) == DIAL
-    assert taken(held, view, SIZE, pixel(view, 0.8 * ROOT + 0.2 * held.centre)) == ""
+    assert handle_at(held, view, SIZE, pixel(view, held.hand_tip)) == DIAL
+    assert handle_at(held, view, SIZE, pixel(view, 0.8 * ROOT + 0.2 * held.centre)) == ""
 
 
 # -- w --------------------------------------------------------------------------------------------

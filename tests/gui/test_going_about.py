@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from inspector.session.player import Player
-from inspector.window.review_actions import faint_intervals
+from inspector.window.review_actions import weak_candidates
 from tests.gui.pictures import INJECTED
 from twistcore.analysis.correction import remove_twist
 from twistcore.formats.bvh import read_bvh
@@ -155,7 +155,7 @@ def test_suspicious_moments_lie_between_half_of_tau_and_tau(faint_walk):
     assert (known.interval.start, known.interval.stop) == (200, 230)
 
     def faint_ones():
-        return faint_intervals(document.data.analysis, document.review.state)
+        return weak_candidates(document.data.analysis, document.review.state)
 
     (faint,) = faint_ones()
     assert (faint.chain, faint.start, faint.stop) == ("LeftForeArm", 100, 130)

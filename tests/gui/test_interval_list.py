@@ -10,7 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QValidator
 
 from inspector.panels.chains_panel import ChainsPanel
-from inspector.panels.interval_columns import COLUMNS, PLACE, shown_by_room
+from inspector.panels.interval_columns import COLUMNS, PLACE, columns_that_fit
 from inspector.panels.interval_filter import IntervalFilter
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.rig_names import joints_of, own_joints
@@ -102,10 +102,10 @@ def test_what_has_no_confidence_is_on_neither_side_of_a_bound():
 def test_columns_go_one_by_one_as_room_gets_short():
     widths = {column.id: 60 for column in COLUMNS} | {"chain": 100}
     said = set(PLACE)
-    before = shown_by_room(widths, said, 2000, 80)
+    before = columns_that_fit(widths, said, 2000, 80)
     assert before == [c.id for c in COLUMNS if c.id != "joints"]
     for room in range(1000, 200, -7):
-        shown = shown_by_room(widths, said, room, 80)
+        shown = columns_that_fit(widths, said, room, 80)
         assert set(shown) <= set(before)
         rest = room - 60 * (len(shown) - 1)
         assert rest >= 80 or shown == ["chain", "decision", "start", "delta"]

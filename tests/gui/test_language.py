@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from inspector.language import codes, of_core, plural, tr, use_language, wished
+from inspector.language import codes, language_to_use, of_core, plural, tr, use_language
 from tests.conftest import ASSETS
 from tests.gui import untranslated
 from tests.gui.untranslated import assert_translated, code_texts, waits
@@ -151,7 +151,7 @@ def test_every_text_that_is_marked_is_extracted():
     ],
 )
 def test_the_language_set_goes_before_those_of_the_system(setting, system, used):
-    assert wished(setting, system) == used
+    assert language_to_use(setting, system) == used
 
 
 def test_english_stands_where_a_language_has_nothing(german):

@@ -8,11 +8,11 @@ from pathlib import Path
 from PySide6.QtCore import QObject
 
 from inspector.widgets.background import OneTask
-from inspector.widgets.later import Burst, Latest, Stale
+from inspector.widgets.later import Burst, Latest, RedrawRequests
 
 
 def test_a_view_is_told_once_for_all_that_a_change_makes_stale(qtbot, qapp):
-    stale, told = Stale(qapp), []
+    stale, told = RedrawRequests(qapp), []
     stale.due.connect(lambda: told.append(stale.take()))
     for mark in (stale.mark, stale.mark_all, stale.mark):
         mark()

@@ -376,7 +376,7 @@ def test_a_new_window_has_the_colours_of_the_system(
     window.document.select_chain("LeftForeArm")
     act(window, "show_teaching")
     equations = window.teaching.equations
-    window.taught.light("err")  # filled: its strokes are thinner than a pixel
+    window.taught.highlight("err")  # filled: its strokes are thinner than a pixel
     qtbot.waitUntil(lambda: colours(equations) >= symbol_colours(theme) | {theme.surface})
     act(window, "tour")
     qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from inspector.session.export_files import ExportChoice
-from inspector.session.leftovers import waiting_among
+from inspector.session.leftovers import clips_to_restore
 from inspector.session.session_files import kept_sessions, refuge_path
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
@@ -70,7 +70,7 @@ def test_a_journal_left_of_one_is_offered_for_that_one(qtbot, show_window, tmp_p
     kept = journal.read_bytes()
     close_window(qtbot, window)
     journal.write_bytes(kept)
-    assert waiting_among(tmp_path, [bvh, npz]) == {npz}
+    assert clips_to_restore(tmp_path, [bvh, npz]) == {npz}
     window = show_window()
     open_clip(qtbot, window, bvh)
     assert not window.bar.asks

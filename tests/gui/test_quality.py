@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
-from inspector.teaching.five_trackers import followers, turning
+from inspector.teaching.five_trackers import tracker_errors, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import act, open_clip, wait_until_active
@@ -575,7 +575,7 @@ def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     assert furthest["axis-angle, raw"] > 90.0
     assert f"{furthest['Quaternion']:.1f}°" in taught.titles["Quaternion"].text()
     taught.slider.setValue(150)
-    expected = followers(turning(1.5))
+    expected = tracker_errors(turning(1.5))
     for name, found in taught.found.items():
         np.testing.assert_array_equal(found, expected[name])
     taught.at.setValue(70)

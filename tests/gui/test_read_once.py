@@ -133,7 +133,7 @@ def test_an_export_at_once_is_not_of_a_clip_that_is_opened_meanwhile(
 def test_a_long_clip_that_changed_is_read_in_a_thread(qtbot, exported, reads, all_are_long):
     clip = exported.document.data.clip.path
     clip.write_bytes(clip.read_bytes() + b"\n")
-    exported.document.recovery.look_around()
+    exported.document.recovery.check_lock_and_clip()
     assert not exported.bar.asks
     qtbot.waitUntil(lambda: exported.bar.asks)
     assert exported.bar.label.text()

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from inspector.folder.remembered_folders import (
     FOLDERS,
     NEXT_AFTER_EXPORT,
-    known_of_folder,
+    folder_record,
     remember_folder,
 )
 from inspector.session.settings import (
@@ -357,7 +357,7 @@ def test_two_programs_keep_each_others_settings(path):
     assert (now.theme, now.step) == ("dark", 20)
     assert now.recent == ["/b", "/one", "/a"]
     assert now.keys == {"accept": ["A"], "reject": ["X"]}
-    assert [known_of_folder(now, Path(f))["clip"] for f in ("/takes", "/takes2")] == [
+    assert [folder_record(now, Path(f))["clip"] for f in ("/takes", "/takes2")] == [
         "1.bvh",
         "2.bvh",
     ]
@@ -381,14 +381,14 @@ def test_two_programs_in_one_folder_keep_each_other_s_record_of_it(path, known):
     assert save_changes(path, one, before) == ""
     assert save_changes(path, two, before) == ""
     taken = {"clip": "2.bvh", "profile": "own", "method": "paper", "tau": {"A": 2.0}}
-    assert known_of_folder(load_settings(path)[0], folder) == taken
+    assert folder_record(load_settings(path)[0], folder) == taken
     since, third = deepcopy(two), deepcopy(two)
     remember_folder(third, folder, profile="other", method="paper", tau={"B": 0.5})
     remember_folder(two, folder, clip="3.bvh")
     assert save_changes(path, third, since) == ""
     assert save_changes(path, two, since) == ""
     taken = {"clip": "3.bvh", "profile": "other", "method": "paper", "tau": {"B": 0.5}}
-    assert known_of_folder(load_settings(path)[0], folder) == taken
+    assert folder_record(load_settings(path)[0], folder) == taken
     gone = deepcopy(one)
     FOLDERS.put(gone, {})
     assert save_changes(path, gone, one) == ""

@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import EXERCISE_PAGE, FLIPPED, LESSONS
-from inspector.lessons.classroom import scored, write_for_class
+from inspector.lessons.classroom import score_answers, write_for_class
 from inspector.lessons.exercise_texts import exercise_page
 from inspector.lessons.guided_exercise import make_exercise
 from inspector.lessons.lesson_checks import CHECKS
@@ -536,7 +536,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     exercise.leave.click()
     assert document.data.clip.path == mine.clip.path
     # A teacher.
-    table = scored([folder / "ada.json", folder / "monday.key.json"])
+    table = score_answers([folder / "ada.json", folder / "monday.key.json"])
     (row,) = csv.DictReader(io.StringIO(table))
     assert row["name"] == "ada"
     assert (int(row["hits"]), row["misses"]) == (len(key.errors), "0")
@@ -544,7 +544,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     exercise.teacher.write_table(folder / "class.csv", table)
     assert (folder / "class.csv").read_text() == table
     with pytest.raises(TwistError, match="key of the exercise"):
-        scored([folder / "ada.json"])
+        score_answers([folder / "ada.json"])
 
 
 @pytest.mark.thorough

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from inspector.lessons.classroom import to_review
-from inspector.panels.sure_ones import SureOnes
+from inspector.lessons.classroom import open_for_review
+from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.session.document import BLIND
 from inspector.session.open_clip import Borrowed
 from inspector.session.settings import Settings
@@ -135,7 +135,7 @@ def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder
     before, after = page.plot.before.getData(), page.plot.after.getData()
     assert len(before[0]) >= 1
     assert len(after[0]) >= 1
-    dialog = SureOnes(document, lambda _: None, window)
+    dialog = AcceptConfidentDialog(document, lambda _: None, window)
     dialog.confidence.setValue(0.95)
     assert dialog.ok.isEnabled()
     drawn = window.intervals._model.describe(window.intervals._model.things[0]).texts
@@ -259,7 +259,7 @@ def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
     tuning.tabs.setCurrentWidget(tuning.curves)
     act(window, "next_bar")
     shutil.copy(INJECTED, tmp_path / "05_09.bvh")
-    document.show_clip(to_review(tmp_path / "05_09.bvh", []))
+    document.show_clip(open_for_review(tmp_path / "05_09.bvh", []))
     qtbot.waitUntil(lambda: tuning.hint.text() == BLIND)
     assert tuning.hint.isVisible()
     assert not tuning.tabs.isVisible()

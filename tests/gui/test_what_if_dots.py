@@ -167,4 +167,4 @@ def test_a_recording_has_them_too(taught, tmp_path):
     stage.show_shot(Shot(FRAME))
     assert dots(stage.timeline) == wanted
     assert stage.viewport.drawing.guest.legend() == taught.teaching.gizmo.legend()
-    stage.strike()
+    stage.close_views()

@@ -1,1 +1,1 @@
-"""The panes of the timeline. Each file of this folder defines one pane, named `plot`."""
+"""The panes of the timeline. Each file in this folder defines one pane in the variable `plot`."""

@@ -1,4 +1,4 @@
-"""The pane with a limb's height, its middle joint's distance from the line between the ends."""
+"""The pane of the distance of a limb's middle joint from the line between the limb's ends."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ plot = Plot(
     axis=lambda _: tr("offset (°)"),
     draw=_draw,
     describe=_describe,
-    # The paper's offset(t) is drawn dimmed under the offset that the review removes.
+    # The function offset(t) of the paper is drawn dimmed below the offset that the review removes.
     styles=(CurveStyle("running", "soft", dashed=True), CurveStyle("offset", "text")),
     shade=False,
 )

@@ -9,7 +9,7 @@ from inspector.session.document import Document
 from inspector.timeline.chain_curves import ChainCurves
 from inspector.timeline.curves import Curves
 from inspector.timeline.layers import Scenery
-from inspector.timeline.other_detector import Onlooker, OtherDetector
+from inspector.timeline.other_detector import OtherDetector, ReadOnlyGestures
 from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 
@@ -32,6 +32,6 @@ plot = Plot(
     at_first=False,
     root=True,
     no_limb=tr("There is only one detector for limb flips. Select a chain to compare detectors."),
-    gestures=Onlooker,
+    gestures=ReadOnlyGestures,
     build=_build,
 )

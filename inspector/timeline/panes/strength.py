@@ -1,4 +1,4 @@
-"""The pane of the strength that is compared with τ: for a limb, the swivel's jumps."""
+"""The pane of the strength that is compared with τ. For a limb, these are the swivel's jumps."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _soft_size(curves: Curves) -> Array:
-    """Return |δ| of the soft intervals in degrees, (frames,), NaN in other frames.
+    """Return |δ| in degrees in the frames of soft intervals, (frames,), and NaN in other frames.
 
     A soft error has no jump. Its strength, which is compared with τ, is the maximum of |δ|.
     """
@@ -49,7 +49,7 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return the title in a soft interval, |δ| and its maximum, or [] in other frames."""
+    """Return |δ| at a frame and its maximum, for the title, or [] outside soft intervals."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):
@@ -86,8 +86,9 @@ plot = Plot(
     draw=_draw,
     draw_clip=_draw_clip,
     describe=_describe,
-    # The paper's m(t) is drawn dimmed under the strength of another detector, to compare them. A
-    # limb has a second curve after correction. At a soft interval, τ acts on the maximum of |δ|.
+    # The function m(t) of the paper is drawn dimmed below the strength of another detector, for
+    # comparison. A limb has a second curve after correction. In a soft interval, τ is compared with
+    # the maximum of |δ|.
     styles=(
         CurveStyle("m", "soft", dashed=True),
         CurveStyle("after", "after"),

@@ -1,4 +1,4 @@
-"""The pane of the twist θp and the azimuth θc. For a limb, it shows the swivel."""
+"""The pane of the twist θp and the azimuth θc of a chain, or of the swivel φ of a limb."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.timeline.chain_curves import ANGLES, ChainCurves
-from inspector.timeline.curve_values import above, degrees_about
+from inspector.timeline.curve_values import degrees_about, degrees_above
 from inspector.timeline.curves import NOTHING, SAME, Curves, Title, number, widened
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import BEFORE_AND_AFTER, TRACKED, Pane
@@ -24,7 +24,7 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
     if isinstance(curves, LimbCurves):
         for name in ("c_before", "c_after", "c_tracked", "p_tracked"):
             pane.set_curve(name, NOTHING)
-        y, _ = above(curves.swivel.angle, curves.seam)
+        y, _ = degrees_above(curves.swivel.angle, curves.seam)
         curves.grow(pane, y, _LEAST)
     elif isinstance(curves, ChainCurves):
         for k, name in ANGLES:
@@ -35,10 +35,10 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
 def _draw(curves: Curves, pane: Pane) -> None:
     if isinstance(curves, LimbCurves):
         was, now = curves.swivel.angle, curves.after
-        y, seams = above(now, curves.seam)
+        y, seams = degrees_above(now, curves.seam)
         pane.set_curve("p_after", y, seams)
         curves.grow(pane, y, _LEAST)
-        y, seams = above(was, curves.seam)
+        y, seams = degrees_above(was, curves.seam)
         apart = widened(np.abs(wrap(was - now)) > SAME)
         pane.set_curve("p_before", np.where(apart, y, np.nan), seams)
     elif isinstance(curves, ChainCurves):
@@ -47,7 +47,8 @@ def _draw(curves: Curves, pane: Pane) -> None:
             y, seams = degrees_about(now, curves.centres[k])
             pane.set_curve(f"{k}_after", y, seams)
             curves.grow(pane, y, _LEAST)
-            # The captured curve is drawn only where it differs: overlaid lines would mix colours.
+            # Draw the captured curve only where it differs, because overlaid lines would mix their
+            # colours.
             apart = widened(np.abs(wrap(was - now)) > SAME)
             y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_before", y, seams)
@@ -78,7 +79,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Return the height at which to draw an angle, in degrees, in the same turn as its curve.
+    """Return the height, in degrees, at which to draw an angle in the same turn as its curve.
 
     The curves of a chain are drawn within half a turn of their centre.
     """

@@ -1,4 +1,4 @@
-"""The pane of the quantity that shows why the selected interval is listed."""
+"""The pane that shows the measured quantity because of which the selected interval is listed."""
 
 from __future__ import annotations
 

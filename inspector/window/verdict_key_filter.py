@@ -1,9 +1,9 @@
-"""A filter that ignores repeated keys of verdicts, and keys pressed too early.
+"""Ignore verdict keys that repeat or that are pressed too early.
 
-A verdict key has an effect only once per press, and only after the interval was painted. While a
-key is held, Qt mistakes many repeats for new presses, because the next press may not have arrived
-when Qt handles the release. Such a repeat has the same time stamp as the release before it, unlike
-a real press.
+A verdict key takes effect only once per press, and only after the interval has been painted. While
+a key is held down, Qt mistakes many repeats for new presses, because the next press may not have
+arrived when Qt handles the release. Such a repeat has the same time stamp as the release before it;
+a real press has a later one.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
-class DrawnFirst(QObject):
+class VerdictKeyFilter(QObject):
     """Ignores the keys of actions until the selected interval is visible to the user.
 
-    `is_drawn` is a function that returns True if the selected interval was painted.
+    `is_drawn` is a function that returns True if the selected interval has been painted.
     """
 
     def __init__(
@@ -39,9 +39,9 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Ignore a repeated key, or a key pressed before the interval is painted.
+        """Ignore a repeated key, and any key before the interval has been painted.
 
-        Clicks are never ignored, because they are slower.
+        Clicks are never ignored, because they are slower than repeated keys.
         """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()

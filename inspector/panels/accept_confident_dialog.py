@@ -1,4 +1,4 @@
-"""The dialog to accept all undecided intervals with a high confidence."""
+"""The dialog that accepts all undecided intervals of high confidence."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from twistcore.review import Decision
 _USUAL = 0.95
 
 
-class SureOnes(QDialog):
-    """A non-modal dialog with a confidence and the number of undecided intervals above it."""
+class AcceptConfidentDialog(QDialog):
+    """A non-modal dialog for a confidence, with the number of intervals that it would accept."""
 
     def __init__(
         self, document: Document, accept: Callable[[float], None], parent: QWidget
@@ -51,7 +51,7 @@ class SureOnes(QDialog):
         self.confidence.selectAll()
 
     def accept(self) -> None:
-        """Accept the intervals, as a single step that can be undone."""
+        """Accept the intervals, in one step that can be undone."""
         super().accept()
         self._accept(self.confidence.value())
 
