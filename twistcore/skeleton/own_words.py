@@ -1,4 +1,4 @@
-"""The user's words for joints, given with `--joint-names`."""
+"""Apply the user's words for joints, which come from `--joint-names`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with the user's words for joints. Names in the rig have priority.
+    """Return a rig to which the user's words for joints are added. The rig's names have priority.
 
-    `words` come from :func:`twistcore.skeleton.joint_names.read_words`, or are None.
+    `words` comes from :func:`twistcore.skeleton.joint_names.read_words`, or is None.
     """
     if words is None:
         return rig
