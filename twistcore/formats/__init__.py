@@ -1,4 +1,4 @@
-"""File formats of clips: a function that reads any of them, and a subpackage for each format."""
+"""Read and write clips. Each file format has a subpackage."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
