@@ -222,7 +222,7 @@ class ClipAnalysis:
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """Global rotations, (frames, joints, 4), and positions, (frames, joints, 3), of the joints."""
+        """Global rotations, (frames, joints, 4), and positions, (frames, joints, 3)."""
         return forward_kinematics(self.motion)
 
     @cached_property
@@ -422,10 +422,10 @@ class ClipAnalysis:
             return self._flips
 
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the intervals of a kind that is never corrected automatically, keyed by chain
-        name.
+        """Return the intervals of a kind that is never corrected automatically.
 
-        Some kinds are searched for in the clip after all automatic corrections.
+        The dict is keyed by chain name. Some kinds are searched for in the clip after all automatic
+        corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -445,8 +445,9 @@ class ClipAnalysis:
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
-        """Return True if the child rolled with its parent in an interval reported as a
-        counter-twist.
+        """Return True if the child rolled with its parent in an interval found as a counter-twist.
+
+        In this case, the interval may be part of a carried roll.
         """
         return self._rolls.along(self.chain(twist.chain), twist)
 
@@ -465,7 +466,10 @@ class ClipAnalysis:
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the lone jumps that remain after all automatic corrections, keyed by chain name."""
+        """Return the lone jumps that remain after all automatic corrections.
+
+        The dict is keyed by chain name.
+        """
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:

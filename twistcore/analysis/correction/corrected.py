@@ -110,7 +110,7 @@ class Corrected:
         return changed
 
     def offset(self, chain: str) -> Array:
-        """Return the angle that is removed from the twist of a chain's parent, radians, (frames,)."""
+        """Return the angle removed from the twist of a chain's parent, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:

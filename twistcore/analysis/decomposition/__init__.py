@@ -1,4 +1,4 @@
-"""The quantities of [Choi26 §3] for a single frame, as captured or altered."""
+"""Compute the quantities of [Choi26 §3] for a single frame, as captured or with changes."""
 
 from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, staged
 from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame

@@ -1,4 +1,4 @@
-"""The reason why no flip of a limb has an edge at a frame."""
+"""Explain why no flip of a limb has an edge at a frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import wrap
 
 
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
-    """Return why no flip has an edge at a frame.
+    """Return the reason why no flip has an edge at a frame.
 
     `edges_in` finds edges of other chains and limbs.
     """
@@ -73,7 +73,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ is left unexplained, with the costs."""
+    """Return the reason why a jump above τ is not an edge of a flip, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
@@ -110,7 +110,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump without a second jump nearby that ends the flip."""
+    """Return the reason for a jump without a second jump nearby that would end the flip."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)
