@@ -223,7 +223,7 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return the members of a group without those that have a more certain alternative.
+    """Return the members of a group, leaving out members that have a more certain alternative.
 
     `chosen` contains the id() of each interval that is always kept.
     """

@@ -113,7 +113,7 @@ class DistinctFrames:
 
     @property
     def smallest(self) -> float:
-        """Return the smallest τ, in radians, at which an error can be told from motion.
+        """Return the smallest τ, in radians, at which an error differs from motion.
 
         The result is 0 for held frames.
         """

@@ -260,8 +260,9 @@ class _Around:
 
     @cached_property
     def from_parent(self) -> Array:
-        """Rotations of the limb's joints relative to its first joint's parent, (frames, 2, joints,
-        4).
+        """Rotations of the limb's joints in the coordinates of the first joint's parent.
+
+        The shape is (frames, 2, joints, 4).
         """
         out = self.own.copy()
         for k in range(1, len(self.joints)):

@@ -48,8 +48,8 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     if (quad & digit[:-4]).take(at - 5).any():
         return None
     one *= digit
-    # The value at i is that of up to two digits that end at i + 1, and of up to four that end at i
-    # + 3.
+    # The entry at i is the value of up to two digits that end at i + 1, or of up to four that end
+    # at i + 3.
     two = one[:-1] * 10 * digit[1:] + one[1:]
     four = two[:-2] * np.uint16(100) * pair[2:] + two[2:]
     values = four.take(at - 4).astype(np.float64)

@@ -88,8 +88,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path from the end of a limb up to the root if only joints above the end have
-    names.
+    """Return the path from the end of a limb up to the root if only joints above have names.
 
     The result is None if there are no such joints. `taken` contains the joints of other limbs.
     """

@@ -67,7 +67,7 @@ class Shape:
         return roles[0] if roles else ""
 
     def is_same_word(self, one: int, other: int) -> bool:
-        """True if the names of two joints differ only in their numbers."""
+        """Return True if the names of two joints differ only in their numbers."""
         a, b = self.names[one], self.names[other]
         return (a.side, a.stem) == (b.side, b.stem) and a.number != b.number
 

@@ -10,7 +10,7 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.evaluation import chain_joints
 
-LONGEST_LAG = 0.25  # seconds
+LONGEST_LAG = 0.25  # longest lag that is searched for, seconds
 # Seconds; a peak is a mean over this time, so that noise in single frames matters less.
 LASTING = 0.05
 _MICRO = 1e-6

@@ -296,7 +296,10 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
 def _interval_tally(
     outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
-    """Count true and detected intervals, without detections that are also made in the clean clip."""
+    """Count true and detected intervals.
+
+    Detections that are also made in the clean clip are left out.
+    """
     if chain.name not in outcome.found:
         return Tally()
     found = outcome.found[chain.name]

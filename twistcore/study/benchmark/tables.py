@@ -54,7 +54,7 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row as rounded numbers, in degrees and per cent, and None for missing values."""
+        """Return the row as rounded numbers, in degrees and per cent. Missing values are None."""
         t = self.tally
         detector = self.method in DETECTORS
         found = detector and t.truths > 0
