@@ -273,7 +273,7 @@ class ClipAnalysis:
         reference
             Another take of the same skeleton.
         name
-            Name of the other take in the notes. By default, the clip's name.
+            Name of the other take in the notes. By default, its own name.
 
         Raises
         ------
@@ -634,7 +634,7 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains that share a joint with it.
+        """Return the automatically corrected counter-twists in chains that share a joint.
 
         If the interval is not corrected automatically, for example because τ was changed, the
         counter-twists in its own chain are left out, because they may be the same error.

@@ -2,9 +2,9 @@
 
 The groups do not depend on a reviewer's decisions. They are formed by three rules:
 
-1. *Edges*: intervals of one limb belong together if their edges are at most one frame apart and if
-   one of them is a jump or if they share a frame. A jump has only one edge, its first frame. This
-   rule joins a flip with the jumps at its edges.
+1. *Edges*: intervals of one limb belong together if their edges are at most one frame apart and, in
+   addition, one of them is a jump or they share a frame. A jump has only one edge, its first frame.
+   This rule joins a flip with the jumps at its edges.
 2. *Overlap*: intervals of one limb belong together if they share at least 80 % of the frames of the
    longer one. This rule joins a leg with its foot.
 3. *Series*: if at least three groups formed so far have the same kind of error in the same chain,
@@ -39,9 +39,8 @@ _SHARED = 0.8  # minimum share of the longer interval's frames
 _SERIES = 3  # minimum number of groups in a series
 _SIMILAR = 1.3  # maximum ratio of the largest to the smallest size in a series
 _JUMP = 4  # maximum number of frames of a jump
-_FAR_LONGER = (
-    10  # a series is named after an error that is longer than its first one by this factor
-)
+# A series is named after an error that is longer than its first one by this factor.
+_FAR_LONGER = 10
 
 
 @dataclass(frozen=True)

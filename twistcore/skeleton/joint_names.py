@@ -195,7 +195,8 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
             if meaning is not None and not meaning.side:
                 piece = _Piece(phrase, meaning)
                 apart = _split_compound(phrase, vocabulary) if piece.has("sided") else []
-                if any(p.side for p in out) or not any(p.side for p in apart):  # larm, L_larm
+                # Split larm, but not L_larm.
+                if any(p.side for p in out) or not any(p.side for p in apart):
                     apart = [piece]
                 out += apart
                 k = stop

@@ -20,7 +20,7 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-# Share of the longer bone; with a shorter bone, the middle joint is no knee or elbow.
+# Share of the longer bone. If a bone is shorter, the middle joint is no knee or elbow.
 _SHORTEST = 0.3
 
 

@@ -24,10 +24,9 @@ _SIDES = frozenset(("l", "r", "left", "right"))
 _MOST = 0.6
 # Limits for a figure whose hands and feet have unknown names:
 _FEWEST = 8  # minimum number of joints
-_LINES, _LONG = (
-    3,
-    3,
-)  # minimum number of lines of joints that begin at two joints or more; a cape's begin at one
+# Minimum number of lines of joints that begin at two joints or more, and minimum length of a line.
+# The lines of a cape begin at one joint.
+_LINES, _LONG = 3, 3
 _ALIKE = 0.7  # minimum share of joint names in common with another figure below the same joint
 _EVERY = 0.9  # minimum share of the skeleton's joints that all such figures have together
 _ENDS = ("hand", "foot")

@@ -15,9 +15,8 @@ from twistcore.synthesis.protocol import Protocol, chain_increments
 
 Place: TypeAlias = tuple[int, int]
 
-STRAIGHT = float(
-    np.radians(18.0)
-)  # a limb that is bent by less is straight: it does not show which of its joints twists
+# A limb that is bent by less is straight: it does not show which of its joints twists.
+STRAIGHT = float(np.radians(18.0))
 # The shortest interval, and the shortest gap between two.
 SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1
 _REACH = 2.5  # number of periods of the cut-off frequency in which a filtered step settles

@@ -162,10 +162,10 @@ def protected_measures(
     - *next joint's roll*: fastest rotation of the next joint about its own bone, in degrees per
       frame. The next joint is the child for a counter-twist and the limb's end for a flip.
       Tolerance: 5°, or half of the value before the correction.
-    - *path*: for a flip, length of the middle joint's path, % of the limb's length. Tolerance: 0.1
-      %.
-    - *ends*: movement of a joint that should stay in place, % of the skeleton's height. Leaf joints
-      off the bone, such as helpers, may move. Tolerance: 0.1 %.
+    - *path*: for a flip, length of the middle joint's path, in % of the limb's length. Tolerance:
+      0.1 %.
+    - *ends*: movement of a joint that should stay in place, in % of the skeleton's height. Leaf
+      joints off the bone, such as helpers, may move. Tolerance: 0.1 %.
 
     Parameters
     ----------

@@ -44,10 +44,10 @@ def automatic_corrections(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """Return the intervals that are corrected automatically. All programs use this function.
+    """Return the intervals that are corrected automatically.
 
-    Lone jumps are left out because they have no offset to remove. Helper rolls, stretches and
-    spikes are left out because their confidence is not measured.
+    This is decided nowhere else. Lone jumps are left out because they have no offset to remove.
+    Helper rolls, stretches and spikes are left out because their confidence is not measured.
 
     Parameters
     ----------
@@ -264,14 +264,14 @@ def remove_twist(
     Frames with an offset of 0 stay the same bit by bit. The order of corrections does not matter,
     because no twist moves a limb's line in world space.
 
-    For a chain, q'_P = q_P ⊗ R_a(−offset), where a is the bone axis, and q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X
-    for every child X of P. All global rotations below P stay the same, and so do all joint
-    positions except those of children off the axis (:func:`children_off_axis`). If C rolled with P,
-    C is also turned back about its own bone b by R_b(−carried). G keeps its position, and all
-    joints below C turn back with it.
+    For a chain of joints P, C and G, q'_P = q_P ⊗ R_a(−offset), where a is the bone axis, and q'_X
+    = q'_P⁻¹ ⊗ q_P ⊗ q_X for every child X of P. All global rotations below P stay the same, and so
+    do all joint positions except those of children off the axis (:func:`children_off_axis`). If C
+    rolled with P, C is also turned back about its own bone b by R_b(−carried). G keeps its
+    position, and all joints below C turn back with it.
 
-    For a limb, q'_P = R_u(−offset) ⊗ q_P, where u is the line from P to the end E in the
-    coordinates of P's parent. E keeps its position and, except for the carried part, its global
+    For a limb of joints P, C and E, q'_P = R_u(−offset) ⊗ q_P, where u is the line from P to E in
+    the coordinates of P's parent. E keeps its position and, except for the carried part, its global
     rotation. C keeps its local rotation and moves.
 
     Parameters

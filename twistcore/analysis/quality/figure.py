@@ -96,9 +96,10 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Return the percentage of frame pairs in which a foot on the ground moves ≥ 20 mm sideways.
+    """Return the percentage of frame pairs in which a foot slides.
 
-    The percentages of both feet are added. `contact` comes from :func:`in_contact`.
+    A foot slides if it moves horizontally by at least 20 mm while it is on the ground. The
+    percentages of both feet are added. `contact` comes from :func:`in_contact`.
     """
     slides = 0
     for foot in range(2):

@@ -210,7 +210,7 @@ def _edges_near(
         at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
         if other is not None and not i.kind.of_capture and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
-    # a lone jump is the worst explanation
+    # Lone jumps come last, because they explain least.
     return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)
 
 

@@ -168,6 +168,7 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 
 # -- joints that are rewritten in every frame ------------------------------------------------------
+#
 # If a joint is rewritten in every frame, only the file's angles decide between two equally smooth
 # curves. Frames whose rotation is close to the file's have the greatest weight, and frames with a
 # large correction have almost none.
@@ -189,7 +190,8 @@ def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
 
 
 # -- remaining full turns -------------------------------------------------------------------------
-#  Between fixed angles at both ends, a channel may need one full turn more than its shortest steps,
+#
+# Between fixed angles at both ends, a channel may need one full turn more than its shortest steps,
 # for example after a correction through ±180°. The best frame for this turn depends on the
 # solutions, so solutions and turns are chosen together.
 

@@ -155,7 +155,7 @@ def parse_bvh(
         channels=channels,
         values=numbers.values[: rows * columns].reshape(rows, columns),
         frame_time=frame_time,
-        # Those about the whole clip first, because not all are shown.
+        # Warnings about the whole clip come first, because not all are shown.
         warnings=(*warnings, *of_header),
         declared_frames=declared,
     )

@@ -119,7 +119,7 @@ def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
         for axis, column in (*layout.position, *turning):
             letters[column] = "XYZ"[axes[axis]]
             values[:, column] *= np.sign(sizes[axis]) if (axis, column) in turning else sizes[axis]
-    # Keeps the precision.
+    # Numbers keep their precision.
     decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(np.abs(sizes[0]))))
     return _rewritten(clip, values, letters=letters, matrix=matrix, decimals=decimals)
 
@@ -310,7 +310,7 @@ def _without_columns(clip: BvhClip, gone: NDArray[np.bool_]) -> bytes:
     starts, stops = clip.token_spans
     rows = np.arange(clip.frames) * clip.columns
     for a, b in np.flatnonzero(np.diff(gone, prepend=False, append=False)).reshape(-1, 2).tolist():
-        # The space before the last column is removed instead of the one after it.
+        # If the last column is removed, the space before it is removed instead of the one after it.
         last = b == clip.columns
         spans = (stops, a - 1, b - 1) if last else (starts, a, b)
         begin, end = (spans[0][rows + column].tolist() for column in spans[1:])

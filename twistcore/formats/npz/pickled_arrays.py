@@ -257,7 +257,7 @@ class _Counted(dict[int, Any]):
         return super().__getitem__(code)
 
 
-# The version in Python, because joblib puts bytes between opcodes.
+# The base class is the version in Python, because joblib puts bytes between opcodes.
 class _Reader(pickle._Unpickler):
     """An unpickler that looks up no names.
 

@@ -105,7 +105,7 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
     known = [j for j in line if j in inner]
     at = roles.index(shape.first_role(lowest, side))
     if len(known) > 1 and shape.is_same_word(known[0], known[1]) and at + 1 < len(roles) - 1:
-        at += roles.index(shape.first_role(known[1], side)) == at  # Arm1 → Arm2
+        at += roles.index(shape.first_role(known[1], side)) == at  # as in Arm1 → Arm2
     here = lowest
     while at < len(roles) - 1:
         below = _main_child(shape, here)

@@ -21,7 +21,7 @@ from twistcore.skeleton.rotation import (
 
 CUTOFF = 6.0  # Hz; the usual choice for gait
 SAVGOL_SECONDS, SAVGOL_DEGREE = 0.1, 3
-# Of quaternion components, which are half angles, per s².
+# The acceleration of quaternion components, which are half angles, per s².
 KALMAN_ACCELERATION = np.radians(2000.0) / 2.0
 KALMAN_NOISE = np.radians(1.0) / 2.0
 PCA_VARIANCE = 0.99

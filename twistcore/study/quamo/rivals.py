@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import (
 )
 
 Setting = tuple[float, ...]
-# Of values (frames, …), the frame time in seconds, and settings.
+# A function of values (frames, …), the frame time in seconds, and settings.
 Smooth = Callable[[Array, float, Setting], Array]
 
 
