@@ -23,7 +23,7 @@ from twistcore.files.atomic import free_name, write_atomically
 from twistcore.files.document_values import bytes_of, has, items, parsed_json, path_text
 from twistcore.files.encoding import json_bytes
 from twistcore.files.ordinary import is_there, own_folder, read_file, real_path
-from twistcore.formats.reading import own_name, same_format
+from twistcore.formats.reading import file_prefix, same_format
 
 _Made = TypeVar("_Made")
 
@@ -40,12 +40,12 @@ _POINTER_SUFFIX = ".elsewhere.json"
 
 def session_path(clip: Path) -> Path:
     """Return the default path of a clip's session."""
-    return clip.with_name(own_name(clip) + SESSION_SUFFIX)
+    return clip.with_name(file_prefix(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
     """Return the path of the session that is saved with an export, to repeat the export."""
-    return export.with_name(own_name(export) + REPLAY_SUFFIX)
+    return export.with_name(file_prefix(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
@@ -56,7 +56,7 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Return the path in the refuge for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
-    name = own_name(clip)
+    name = file_prefix(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # the names of its journal and lock must fit as well
         name = name[:20]
     return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"

@@ -15,8 +15,8 @@ from weakref import WeakKeyDictionary
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
+    interval_at_frames,
     protected_measures,
-    shown_at,
 )
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
@@ -622,7 +622,7 @@ class ClipAnalysis:
                 return measured
         # Interpolated and held frames were not captured, so errors that appear only in them are
         # ignored.
-        own, *others = (shown_at(i, kept.first) for i in (interval, *others))
+        own, *others = (interval_at_frames(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
         hinges = self._hinges_by(method, kept)
@@ -665,7 +665,7 @@ class ClipAnalysis:
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
             if kept is not None:
-                motion, finds = kept.motion, [shown_at(i, kept.first) for i in finds]
+                motion, finds = kept.motion, [interval_at_frames(i, kept.first) for i in finds]
             known = getattr(self.by(method), "witnesses", {})
             self._hinges[key] = Hinges(motion, finds, known)
         return self._hinges[key]

@@ -29,7 +29,7 @@ from itertools import pairwise
 import numpy as np
 
 from twistcore.detection import Interval, Kind
-from twistcore.skeleton.chain import Chain, limbs
+from twistcore.skeleton.chain import Chain, chains_by_limb
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.work.frozen import dataclass
@@ -93,7 +93,7 @@ def error_groups(
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
     """Return, for each joint, the joint at which its limb begins, or the root if there is none."""
-    found = limbs(skeleton, tuple(chains))
+    found = chains_by_limb(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
     for joint, parent in enumerate(skeleton.parents):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream, same_file, write_atomically, write_companions
-from twistcore.formats.suffixes import clip_suffix, not_written
+from twistcore.formats.suffixes import clip_suffix, why_not_written
 from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.notation import angle_step
 from twistcore.skeleton.rotation import Array
@@ -45,7 +45,7 @@ class ClipWarning:
         return self.text if self.line is None else f"Line {self.line}: {self.text}"
 
 
-def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
+def first_warnings(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
     """Return the first warnings and, if there are more, one that counts the rest.
 
     A file may have thousands of warnings.
@@ -264,7 +264,7 @@ def rewritten(clip: Clip, motion: Motion) -> Patch:
 
 def check_ending(clip: Clip, path: Path) -> None:
     """Raise TwistError if the path has the suffix of a format that differs from the clip's."""
-    if refused := not_written(path, f".{clip.format}"):
+    if refused := why_not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(

@@ -38,7 +38,7 @@ def clips_in(
     return sorted(path for path in named if _is_clip(path))
 
 
-def no_files_in(folder: Path) -> dict[str, Path]:
+def special_files_in(folder: Path) -> dict[str, Path]:
     """Return FIFOs, sockets and devices that are named like clips, keyed by relative path.
 
     Subfolders are searched, too.

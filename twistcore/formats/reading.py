@@ -21,7 +21,7 @@ def is_clip(path: str | Path) -> bool:
     return bool(clip_suffix(path))
 
 
-def own_name(path: str | Path) -> str:
+def file_prefix(path: str | Path) -> str:
     """Return a prefix for the names of files that belong to a clip, unique in the clip's folder.
 
     For a BVH file, the prefix is the name without its suffix, so the session of 05_05.bvh is

@@ -87,7 +87,7 @@ def other_format(name: PurePath | str) -> str:
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
-def not_written(name: PurePath | str, endings: str) -> str:
+def why_not_written(name: PurePath | str, endings: str) -> str:
     """Return an error message if a file name has an unsupported format's suffix, or ''.
 
     `endings` names the supported suffixes in the message, such as '.bvh'.

@@ -22,7 +22,7 @@ from twistcore.skeleton.body import (
     bone_offset,
     find_body,
     has_length,
-    shortest,
+    shortest_offset,
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise
@@ -213,7 +213,7 @@ def make_chain(
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
-def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
+def chains_by_limb(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
     """Group the chains that change a common joint, directly or through other chains.
 
     An error in one group does not affect another group. The groups are ordered by their last chain.
@@ -332,7 +332,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
             f"{skeleton.names[joint]}: the position channels are close to zero; its OFFSET is used."
         )
         return normalise(offset)
-    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest(skeleton)
+    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest_offset(skeleton)
     if lengths.min() <= smallest:
         return None
     directions = normalise(offset)

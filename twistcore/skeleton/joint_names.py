@@ -18,7 +18,7 @@ from twistcore.skeleton.joint_vocabulary import (
     Vocabulary,
     default_vocabulary,
     folded,
-    joint_as_said,
+    parse_joint_meaning,
     read_vocabulary,
     read_words,
     vocabulary_of,
@@ -34,12 +34,12 @@ __all__ = [
     "JointName",
     "Vocabulary",
     "default_vocabulary",
+    "interpret_names",
     "is_helper",
-    "joint_as_said",
-    "own_names",
+    "parse_joint_meaning",
     "read_vocabulary",
     "read_words",
-    "understood",
+    "reinterpreted_names",
     "vocabulary_of",
 ]
 
@@ -57,20 +57,20 @@ _LONGEST = 60  # maximum number of letters of a word that is split
 _LAST = 3  # rank of a name that is used only if no other name has its role
 
 
-def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
+def interpret_names(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
     """Return the meaning of each joint name of a skeleton.
 
     The built-in vocabulary is the default.
     """
-    return list(_understood(tuple(names), vocabulary or default_vocabulary()))
+    return list(_interpret_names(tuple(names), vocabulary or default_vocabulary()))
 
 
-def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+def reinterpreted_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
     """Return the joints that the user's vocabulary interprets differently from the built-in one.
 
-    The result maps each joint name to a word for :func:`joint_as_said`, such as 'left hand'.
+    The result maps each joint name to a word for :func:`parse_joint_meaning`, such as 'left hand'.
     """
-    before, after = understood(names), understood(names, vocabulary)
+    before, after = interpret_names(names), interpret_names(names, vocabulary)
     return {
         name: _said(new)
         for name, old, new in zip(names, before, after, strict=True)
@@ -87,11 +87,11 @@ def _said(joint: JointName) -> str:
 
 def is_helper(name: str) -> bool:
     """Return True if a name means a joint that only distributes the twist of its bone."""
-    return understood([name])[0].helper
+    return interpret_names([name])[0].helper
 
 
 @lru_cache(maxsize=16)
-def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
+def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
     found = max(readings, key=_known)  # the first one wins a tie
     own = vocabulary.joints

@@ -339,10 +339,10 @@ def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
 
 
 def _as_said(said: Any, name: str) -> JointName:
-    return joint_as_said(name, text(said, name))
+    return parse_joint_meaning(name, text(said, name))
 
 
-def joint_as_said(name: str, said: str) -> JointName:
+def parse_joint_meaning(name: str, said: str) -> JointName:
     """Return the meaning of the user's words for a joint: 'left hand', 'helper', 'unknown' etc.
 
     Raises FormatError if the words have no meaning.

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from twistcore.skeleton.body import lower_pair
-from twistcore.skeleton.chain import Chain, find_chains, limbs
+from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, rotate
 from twistcore.work.frozen import dataclass
@@ -117,12 +117,12 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
     motion = motion_of(clip)
     chains = find_chains(motion) if chains is None else chains
     found = []
-    for line in limbs(motion.skeleton, chains):
+    for line in chains_by_limb(motion.skeleton, chains):
         own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [own[lower_pair([sum(bones(motion, c)) for c in own])]]
+            own = [own[lower_pair([sum(bone_lengths(motion, c)) for c in own])]]
         found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
@@ -161,7 +161,7 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
     return tuple(out[::-1])
 
 
-def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
+def limb_positions(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Return the positions of the limb's middle joint and end relative to its first joint.
 
     Both have the shape (frames, 3), in the file's unit and in the coordinates of the first joint's
@@ -169,15 +169,15 @@ def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)
-    to_end = along(motion, lower)
-    to_child = along(motion, upper)
+    to_end = path_position(motion, lower)
+    to_child = path_position(motion, upper)
     for joint in upper[::-1]:
         to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
     hip = motion.rotations[:, limb.parent]
     return rotate(hip, to_child), rotate(hip, to_end)
 
 
-def along(motion: Motion, joints: Sequence[int]) -> Array:
+def path_position(motion: Motion, joints: Sequence[int]) -> Array:
     """Return the position of a path's last joint, (frames, 3), in the file's unit.
 
     The position is relative to the parent of the first joint, in the parent's coordinates. `joints`
@@ -199,7 +199,7 @@ def as_limb(motion: Motion, chain: Chain) -> Limb:
     return Limb(name=name, **fields)
 
 
-def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
+def bone_lengths(motion: Motion, chain: Chain) -> tuple[float, float]:
     """Return the lengths of a chain's two bones, in the file's unit."""
     upper = joint_path(motion.skeleton, chain.parent, chain.child)
     lower = joint_path(motion.skeleton, chain.child, chain.grandchild)
@@ -211,5 +211,5 @@ def _length(motion: Motion, joints: Sequence[int]) -> float:
 
 
 def _has_two_bones(motion: Motion, chain: Chain) -> bool:
-    upper, lower = bones(motion, chain)
+    upper, lower = bone_lengths(motion, chain)
     return min(upper, lower) > _SHORTEST * max(upper, lower)

@@ -218,7 +218,7 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
     raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
 
 
-def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
+def cache_per_object(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
     """Cache a function's result for each motion or skeleton, as long as that object exists.
 
     Callers share the result, so they must not change it. The result must not refer to the motion or

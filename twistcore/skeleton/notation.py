@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notes import Note
 from twistcore.skeleton.rotation import Array, conjugate, multiply, wrap
 from twistcore.work.frozen import dataclass
@@ -171,7 +171,7 @@ class DistinctFrames:
 # -- held frames -----------------------------------------------------------------------------------
 
 
-@once_each
+@cache_per_object
 def without_held(motion: Motion) -> DistinctFrames | None:
     """Return the motion without regularly repeated frames, or None if frames are not repeated.
 
@@ -245,7 +245,7 @@ class Keys:
         return DistinctFrames(own, first, motion.frames, even=True)
 
 
-@once_each
+@cache_per_object
 def linear_keys(motion: Motion) -> Keys | None:
     """Return the keys between which all joints turn at constant speed, or None if there are none.
 

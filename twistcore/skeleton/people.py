@@ -11,8 +11,8 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from twistcore.skeleton.joint_names import JointName, understood
-from twistcore.skeleton.motion import Skeleton, once_each
+from twistcore.skeleton.joint_names import JointName, interpret_names
+from twistcore.skeleton.motion import Skeleton, cache_per_object
 from twistcore.work.frozen import dataclass
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
@@ -99,7 +99,7 @@ class _Top:
     limbs: frozenset[tuple[str, str]]
 
 
-@once_each
+@cache_per_object
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     """Return the people in a skeleton, in file order. A single person has the name ''.
 
@@ -129,7 +129,7 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
     """
     names = [JointName("", "", "")] * len(skeleton)
     for person in people:
-        for joint, name in zip(person.joints, understood(person.words), strict=True):
+        for joint, name in zip(person.joints, interpret_names(person.words), strict=True):
             names[joint] = name
     return names
 
@@ -229,7 +229,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
-        _Top(joint, joints, mark, words, _limbs(skeleton, joints, understood(words)))
+        _Top(joint, joints, mark, words, _limbs(skeleton, joints, interpret_names(words)))
         for joint, joints, (mark, words) in zip(begin, below, marks, strict=True)
     ]
 

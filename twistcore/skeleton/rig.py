@@ -28,8 +28,15 @@ from twistcore.files.encoding import encoded, legible, toml_string, unescaped
 from twistcore.skeleton.body import Body, find_body
 from twistcore.skeleton.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.skeleton.helper import find_helpers
-from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, joint_path
+from twistcore.skeleton.joint_names import parse_joint_meaning
+from twistcore.skeleton.limb import (
+    Limb,
+    as_limb,
+    bone_lengths,
+    find_limbs,
+    joint_path,
+    path_position,
+)
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
@@ -95,7 +102,7 @@ class OwnChain:
         if chain is None or chain.grandchild != below:
             at = 0 if chain is None else 1
             raise TwistError(f"{self.joints[at + 1]} is at the same position as {self.joints[at]}")
-        if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
+        if self.limb and min(bone_lengths(motion, chain)) <= _ZERO * skeleton.height:
             raise TwistError(f"a bone of {self.name} has no length")
         [person] = {p.name for p in find_people(skeleton) if parent in p.joints} or {""}
         chain = replace(chain, person=person)
@@ -144,7 +151,7 @@ class Rig:
         Raises FormatError if a meaning is unknown.
         """
         for joint, said in names.items():
-            joint_as_said(joint, said)
+            parse_joint_meaning(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
@@ -316,7 +323,7 @@ def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain
     The direction varies over the frames if the joints in between bend. If the grandchild comes too
     close to C, the chain has no grandchild.
     """
-    bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
+    bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
         return replace(chain, grandchild=-1)
     directions = normalise(bone)

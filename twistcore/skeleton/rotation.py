@@ -85,7 +85,7 @@ def normalise(v: ArrayLike) -> Array:
     return unit
 
 
-def continuous(q: ArrayLike) -> Array:
+def continuous_signs(q: ArrayLike) -> Array:
     """Choose the signs of quaternions so that they are continuous over frames, (frames, …, 4).
 
     The rotations do not change.

@@ -71,7 +71,7 @@ class ClassExercise:
 
 
 @dataclass(frozen=True, eq=False)
-class HandedIn:
+class StudentAnswer:
     """A student's answer.
 
     Attributes
@@ -115,7 +115,7 @@ def read_exercise(path: Path) -> ClassExercise:
         )
 
 
-def write_handed_in(path: Path, handed: HandedIn) -> None:
+def write_answer(path: Path, handed: StudentAnswer) -> None:
     """Write a student's answer atomically."""
     verdicts = [
         {**_interval_to_json(j.interval), "decision": j.decision.value} for j in handed.verdicts
@@ -130,13 +130,13 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
     write_atomically(path, json_bytes(document))
 
 
-def read_handed_in(path: Path) -> HandedIn:
+def read_answer(path: Path) -> StudentAnswer:
     """Read a student's answer. Raises TwistError if the file is invalid."""
     with saying(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
         own = has(document["exercise"], "clip", "sha256", what="exercise")
-        return HandedIn(
+        return StudentAnswer(
             text(document["name"], "name"),
             number(document["seconds"], "seconds"),
             text(own["clip"], "clip"),
@@ -145,7 +145,7 @@ def read_handed_in(path: Path) -> HandedIn:
         )
 
 
-def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
+def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
     """Compare the students' verdicts with the truth.
 
     The result is a CSV with one row per student, sorted by name.

@@ -22,7 +22,13 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
-from twistcore.synthesis.offset_shape import Place, aligned_spells, filled, filter_reach, shaped
+from twistcore.synthesis.offset_shape import (
+    Place,
+    aligned_spells,
+    filter_reach,
+    gap_offset,
+    offset_over_time,
+)
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 from twistcore.work.frozen import dataclass
 
@@ -258,10 +264,10 @@ def _drawn(
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
-        offset = filled(motion, chain, place, protocol.fill)
+        offset = gap_offset(motion, chain, place, protocol.fill)
     else:
         delta = np.radians(rng.uniform(*protocol.delta)) * rng.choice([-1.0, 1.0])
-        offset = shaped(delta, stop - start, onset, end, rng, protocol, motion.fps)
+        offset = offset_over_time(delta, stop - start, onset, end, rng, protocol, motion.fps)
         start -= (len(offset) - (stop - start)) // 2
     seen = np.flatnonzero(np.abs(offset) >= LEAST) if protocol.fill or protocol.low_pass else None
     if seen is not None:

@@ -22,7 +22,7 @@ SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1
 _REACH = 2.5  # number of periods of the cut-off frequency in which a filtered step settles
 
 
-def shaped(
+def offset_over_time(
     delta: float,
     length: int,
     onset: bool,
@@ -93,7 +93,7 @@ def filter_reach(protocol: Protocol, fps: float) -> int:
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
-def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
+def gap_offset(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
     """Return the offset that results if the parent's twist in a gap is filled, radians.
 
     `how` is 'held' or 'interpolated'.

@@ -11,14 +11,14 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.analysis.correction.twist_removal import (
     carried_by_limb,
+    offset_remover,
     offsets_by_chain,
-    removal,
     stuck_joints,
 )
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (
     Array,
@@ -133,7 +133,7 @@ class Corrected:
             self._last = last = frame, (rotations, positions)
         return last[1]
 
-    def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
+    def joint_paths(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
         """Return the paths of joints in frames [start, stop), shape (frames, joints, 3).
 
         The positions are computed from the corrected rotations, and are not assumed to be
@@ -150,7 +150,9 @@ class Corrected:
 
     def _part(self, start: int, stop: int) -> Motion:
         """Return frames [start, stop) of the corrected motion."""
-        made = removal(self._motion, self._chains, self._offsets, self._carried, self._repairs)
+        made = offset_remover(
+            self._motion, self._chains, self._offsets, self._carried, self._repairs
+        )
         return made(start, stop)
 
     def angles(self, chain: Chain) -> Angles:
@@ -180,14 +182,14 @@ class Corrected:
             if len(at) and limb.parent in children[chain.parent]:
                 axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
                 ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
-                child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
+                child, end = (rotate(ahead, p) for p in limb_positions(self._motion.at(at), limb))
                 angle = angle.copy()
                 angle[at] = swivel.angle_at(child, end)
         angle = wrap(angle - self.offset(limb.name))
         path = limb.parent, *joint_path(self._motion.skeleton, limb.parent, limb.end)[:-1]
         for interval in self._repairs_among(path):
             start, stop = interval.start, interval.stop
-            angle[start:stop] = swivel.angle_at(*places(self._part(start, stop), limb))
+            angle[start:stop] = swivel.angle_at(*limb_positions(self._part(start, stop), limb))
         return angle
 
     def _is_turned_by_others(self, chain: Chain) -> bool:

@@ -23,7 +23,7 @@ from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, 
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, bones, joint_path, places
+from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, multiply, rotate
 from twistcore.work.frozen import dataclass
@@ -134,7 +134,7 @@ class Hinges:
         return np.where(signals.bend > _BENT, side.off, np.nan)
 
 
-def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
+def interval_at_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
     """Return the part of an interval that is in the given frames, which are in ascending order.
 
     Its frames are counted among the given ones. It is empty if the interval contains none of them.
@@ -298,7 +298,7 @@ class _Around:
         the first joint's parent.
         """
         assert isinstance(self.chain, Limb)
-        return [places(m, self.chain) for m in self.both]
+        return [limb_positions(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
         """Return a measure at a joint, which knows whether the correction made it worse."""
@@ -374,7 +374,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
     """
     if not isinstance(limb := around.chain, Limb):
         return None
-    whole = sum(bones(around.captured, limb))
+    whole = sum(bone_lengths(around.captured, limb))
     before, after = (
         100.0 * float(np.linalg.norm(np.diff(child, axis=0), axis=1).sum()) / whole
         for child, _ in around.places

@@ -18,7 +18,7 @@ from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import (
@@ -194,10 +194,10 @@ def refiner(
         if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
     ]
     offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
-    return removal(motion, chains, offsets, carried, JointRepairs(intervals))
+    return offset_remover(motion, chains, offsets, carried, JointRepairs(intervals))
 
 
-def removal(
+def offset_remover(
     motion: Motion,
     chains: Sequence[Chain],
     offsets: Mapping[str, Array],
@@ -354,7 +354,7 @@ def _turn_limb(
     the first joint, there is no line, and the limb is not turned. `at` are the frames, and both
     angles are in radians, shape (n,).
     """
-    _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
+    _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
     line = to_end / np.maximum(length, 1e-12)[:, None]
     there = length > _FOLDED * motion.skeleton.height

@@ -90,7 +90,7 @@ def altered(
     offset
         The offset of an error in this frame, radians.
     stage
-        How much of P's rotation to include, as in :func:`staged`. None for all.
+        How much of P's rotation to include, as in :func:`rotation_at_stage`. None for all.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -106,11 +106,11 @@ def altered(
     if stage is None:
         return one
     rotations = one.rotations.copy()
-    rotations[0, chain.parent] = staged(rotations[0, chain.parent], here.axis, stage)
+    rotations[0, chain.parent] = rotation_at_stage(rotations[0, chain.parent], here.axis, stage)
     return one.with_rotations(rotations)
 
 
-def staged(q: Array, axis: Array, stage: float) -> Array:
+def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
     """Return a part of a rotation as a quaternion, (4,).
 
     Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation, with fractions in

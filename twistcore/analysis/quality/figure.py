@@ -38,7 +38,7 @@ class FigureQuality:
     foot_slide: float
 
 
-def quality(places: Array, given: Array | None = None) -> FigureQuality:
+def quality_of_positions(places: Array, given: Array | None = None) -> FigureQuality:
     """Measure the quality of positions (frames, 24, 3) in mm.
 
     `given` are the positions from which the deviation is measured, or None.
@@ -65,7 +65,7 @@ def quality_before_and_after(
         return None
     times = sample_times(before.frames, before.frame_time)
     given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
-    return quality(given), quality(found, given)
+    return quality_of_positions(given), quality_of_positions(found, given)
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
@@ -78,7 +78,7 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
     except TwistError:
         return None
     times = sample_times(motion.frames, motion.frame_time)
-    return quality(_places_mm(motion, topology.joints, times, scale))
+    return quality_of_positions(_places_mm(motion, topology.joints, times, scale))
 
 
 def in_contact(places: Array) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ _TALL_MM = 1750.0
 _FEWEST = 25  # minimum number of samples, which is one second
 
 
-def trembling(motion: Motion) -> float | None:
+def jitter_if_trembling(motion: Motion) -> float | None:
     """Return the figure's jitter if it is at least TIMES the usual jitter of captures, or None.
 
     The jitter is in mm/frame³ at 25 Hz, for a figure of 1.75 m if the length unit is unknown.

@@ -9,8 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_below
-from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
+from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_error_below_tau
+from twistcore.analysis.why_not.reason import (
+    AskedFrame,
+    EdgesIn,
+    Reason,
+    Why,
+    signed_degrees,
+    unsigned_degrees,
+)
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_twist.counter_rotation import AGREE_SHARE, SIGNIFICANT
@@ -88,7 +95,9 @@ def no_counter_twist(
         because = f"{place.span(low, high)} between cuts are not enough to tell errors from motion"
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
-        return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
+        return soft_error_below_tau(place, own) or _below(
+            place, analysis, edges_in(t, t + 1), chains
+        )
     for interval in analysis.taken_for_motion(place.chain.name, place.tau):
         if interval.start - BESIDE <= t <= interval.stop + BESIDE:
             return _motion(place, interval)
@@ -167,7 +176,8 @@ def _below(
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
             f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
-            f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
+            f"{signed_degrees(rx)} and {signed_degrees(ry)} "
+            f"(σ {unsigned_degrees(sigma_x)} and {unsigned_degrees(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
     return place.reason(Why.BELOW, f"{beyond} more than the motion explains", **numbers)
@@ -289,8 +299,8 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     taken = f"{taken} over {span}" if span else taken
     because = (
         f"{taken} ({turns}): the jump is {abs(edge.jump) / edge.sigma:.1f} times σ = "
-        f"{size(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge requires "
-        f"{_EACH:.0f}"
+        f"{unsigned_degrees(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge "
+        f"requires {_EACH:.0f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
 

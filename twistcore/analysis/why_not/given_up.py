@@ -84,7 +84,7 @@ class SoftErrors:
                     yield s.interval, c
 
 
-def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
+def soft_error_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
     """Return the reason for a frame at which a soft error below τ has its peak, or None."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:

@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
+from twistcore.analysis.why_not.reason import (
+    AskedFrame,
+    EdgesIn,
+    Reason,
+    Why,
+    signed_degrees,
+    unsigned_degrees,
+)
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
 from twistcore.detection.limb_flips.jumps import Jump
@@ -65,7 +72,7 @@ def _below(
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
         f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} more about "
-        f"its line than in nearby frames (σ {size(_scale(flips, place.frame))})"
+        f"its line than in nearby frames (σ {unsigned_degrees(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 
@@ -91,7 +98,7 @@ def _left(
             f"it could be an edge of a flip in {span}, but another flip explains the frames better"
         )
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb deviates by about {size(jump.scale)} in nearby frames"
+    moves = f"the limb deviates by about {unsigned_degrees(jump.scale)} in nearby frames"
     if jump.step > 0.03:
         moves = (
             f"{moves}, and the limb's end moves by {100.0 * jump.step:.0f} % of the limb's length"
@@ -123,7 +130,7 @@ def _no_partner(
     open_by, best = min(others, key=lambda o: o[0])
     because = (
         f"no other jump reverses it: the closest in size, {signed_degrees(best.turn)} at "
-        f"{place.called(best.start)}, leaves a difference of {size(open_by)}"
+        f"{place.called(best.start)}, leaves a difference of {unsigned_degrees(open_by)}"
     )
     if open_by < NEVER_CLOSED:
         because = f"{because}, and no flip can lie between the two"

@@ -178,7 +178,7 @@ def signed_degrees(angle: float) -> str:
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
-def size(angle: float, digits: int = 1) -> str:
+def unsigned_degrees(angle: float, digits: int = 1) -> str:
     """Format the magnitude of an angle in radians as degrees, such as '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
@@ -186,7 +186,7 @@ def size(angle: float, digits: int = 1) -> str:
 def distinct_sizes(one: float, other: float) -> tuple[str, str]:
     """Format the magnitudes of two angles with enough digits to tell them apart."""
     for digits in range(1, 6):
-        said = size(one, digits), size(other, digits)
+        said = unsigned_degrees(one, digits), unsigned_degrees(other, digits)
         if said[0] != said[1]:
             break
     return said

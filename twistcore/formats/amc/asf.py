@@ -17,7 +17,7 @@ from twistcore.files.wide_text import wide_instead
 from twistcore.formats.bvh.channels import JointChannels
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.formats.clip import ClipWarning, first_warnings
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, quaternion_from_euler
 
@@ -351,7 +351,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, warnings = np.array(read.start), tuple(some_of(read.warnings))
+    start, warnings = np.array(read.start), tuple(first_warnings(read.warnings))
     rest = np.array(axes), start, read.radians, warnings
     return Asf(path, data, skeleton, tuple(layouts), *rest)
 

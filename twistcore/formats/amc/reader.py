@@ -17,7 +17,7 @@ from twistcore.formats.amc.asf import Asf, read_asf
 from twistcore.formats.amc.clip import AmcClip
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, decimal_value, read_numbers
-from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
+from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, first_warnings, too_few_numbers
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody
 
@@ -121,7 +121,10 @@ def parse_amc(
         data=data,
         skeleton=asf.skeleton,
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
-        warnings=(*(_skeleton_warning(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
+        warnings=(
+            *(_skeleton_warning(asf, w) for w in asf.warnings),
+            *first_warnings(rows.warnings),
+        ),
         asf=asf,
         values=values,
         places=places,

@@ -11,7 +11,7 @@ import numpy as np
 from twistcore.errors import BvhError
 from twistcore.formats.bvh.channels import JointChannels
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.formats.clip import ClipWarning, first_warnings
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -174,7 +174,7 @@ def parse_header(
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
-    warnings[:] = some_of(warnings)
+    warnings[:] = first_warnings(warnings)
     if not joints:
         raise words.fail("expected at least one ROOT")
     return _assemble(joints, ends, warnings)

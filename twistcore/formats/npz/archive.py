@@ -35,7 +35,7 @@ _ZIP64 = 1  # kind of a member's extra field
 _HEADER = 30  # number of bytes of a member's header without name and extra field
 
 
-def names_in(path: Path) -> list[str] | None:
+def array_names_in(path: Path) -> list[str] | None:
     """Return the names of the arrays in an .npz file, or None if the file is invalid.
 
     No array is read.
@@ -127,7 +127,7 @@ class Archive:
                 f"{self.path}: expected numbers in {quoted(name)}, found objects, which "
                 "cannot be unpacked without running code"
             )
-        if _NUMBER * values.size > room(len(self.data)):
+        if _NUMBER * values.size > unpack_limit(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
         return raw[:start], values, by_column
 
@@ -193,8 +193,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members can be read, do not overlap and have plausible sizes.
 
-    Nothing is unpacked. The sum of the declared sizes is limited by :func:`room`, and a member is
-    never read beyond its declared size. `size` is the size of the file in bytes.
+    Nothing is unpacked. The sum of the declared sizes is limited by :func:`unpack_limit`, and a
+    member is never read beyond its declared size. `size` is the size of the file in bytes.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -205,7 +205,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
             f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
             f"but {quoted(odd[0].filename)} is compressed differently"
         )
-    if (total := sum(info.file_size for info in infos)) > room(size):
+    if (total := sum(info.file_size for info in infos)) > unpack_limit(size):
         raise _too_much(path, total, size)
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
@@ -214,7 +214,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         stop = info.header_offset + _HEADER + info.compress_size
 
 
-def room(size: int) -> int:
+def unpack_limit(size: int) -> int:
     """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
@@ -255,7 +255,7 @@ def check_shape(shape: Sequence[int], size: int) -> None:
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most, found = room(size) >> 20, found >> 20
+    most, found = unpack_limit(size) >> 20, found >> 20
     return NpzError(
         f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )

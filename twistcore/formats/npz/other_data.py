@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from twistcore.files.ordinary import open_to_read
-from twistcore.formats.npz.archive import names_in
+from twistcore.formats.npz.archive import array_names_in
 from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
 
 _HEAD = 1 << 16  # number of bytes at the beginning of a pickle that are searched for names
@@ -13,7 +13,7 @@ _HEAD = 1 << 16  # number of bytes at the beginning of a pickle that are searche
 
 def archive_without_poses(path: Path) -> bool:
     """Return True if an archive's directory lists no poses. A damaged archive gives False."""
-    names = names_in(path)
+    names = array_names_in(path)
     return names is not None and not has_pose_names(names)
 
 

@@ -96,11 +96,11 @@ class PickledDict:
         """
         data = bytearray(self.data)
         for name, values in arrays.items():
-            put(data, self.path, self.places, self.array(name), values)
+            overwrite_array(data, self.path, self.places, self.array(name), values)
         return bytes(data)
 
 
-def put(
+def overwrite_array(
     data: bytearray,
     path: Path,
     places: Places,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from twistcore.errors import NpzError
 from twistcore.formats.npz.archive import Archive, npy_header
 from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
-from twistcore.formats.npz.stored_arrays import put
+from twistcore.formats.npz.stored_arrays import overwrite_array
 from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
 from twistcore.work.frozen import dataclass
 
@@ -173,7 +173,7 @@ class VideoPoses:
             fresh[row] = now
         else:
             fresh[:] = now
-        put(contents[member], self.path, one.places, there, fresh, one.start)
+        overwrite_array(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
         """Return the arrays in 'sequence_results' that repeat the person's numbers.

@@ -11,7 +11,7 @@ distribute the bone's roll. Pieces of one bone never bend relative to each other
 
 from twistcore.skeleton.body.bones import lower_pair
 from twistcore.skeleton.body.finding import find_body
-from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length, shortest
+from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length, shortest_offset
 from twistcore.skeleton.body.parts import BONES, LIMBS, SIDES, Body, Bone, LimbLine, Unexamined
 
 __all__ = [
@@ -27,5 +27,5 @@ __all__ = [
     "find_body",
     "has_length",
     "lower_pair",
-    "shortest",
+    "shortest_offset",
 ]

@@ -11,8 +11,8 @@ from twistcore.skeleton.body.by_shape import lines_by_shape, unnamed_lines
 from twistcore.skeleton.body.offsets import ancestors
 from twistcore.skeleton.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.skeleton.body.shape import Shape
-from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.joint_names import parse_joint_meaning
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.people import find_people, joint_names
 
 
@@ -20,12 +20,12 @@ def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({}))
     """Find the limbs of all people in a motion's skeleton.
 
     `said` maps joint names to meanings given by the user, such as 'left hand' or 'helper' (see
-    :func:`joint_as_said`).
+    :func:`parse_joint_meaning`).
     """
     return _found(motion, said) if said else _as_found(motion)
 
 
-@once_each
+@cache_per_object
 def _as_found(motion: Motion) -> Body:
     return _found(motion, MappingProxyType({}))
 
@@ -33,7 +33,7 @@ def _as_found(motion: Motion) -> Body:
 def _found(motion: Motion, said: Mapping[str, str]) -> Body:
     skeleton = motion.skeleton
     people = find_people(skeleton)
-    own = {k: joint_as_said(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
+    own = {k: parse_joint_meaning(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
     names = tuple(own.get(k, name) for k, name in enumerate(joint_names(skeleton, people)))
     lines: list[LimbLine] = []
     missing: list[Unexamined] = []

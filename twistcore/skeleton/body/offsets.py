@@ -16,7 +16,7 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 
     `offset` has the shape (3,) or (frames, 3).
     """
-    return bool(np.linalg.norm(offset, axis=-1).max() > shortest(skeleton))
+    return bool(np.linalg.norm(offset, axis=-1).max() > shortest_offset(skeleton))
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
@@ -27,12 +27,12 @@ def bone_offset(motion: Motion, joint: int) -> Array:
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
-    smallest = shortest(motion.skeleton)
+    smallest = shortest_offset(motion.skeleton)
     shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
     return np.asarray(rest) if shifts else offset
 
 
-def shortest(skeleton: Skeleton) -> float:
+def shortest_offset(skeleton: Skeleton) -> float:
     """Return the smallest length of an offset that has a direction, in the file's unit."""
     return _ZERO * skeleton.height
 

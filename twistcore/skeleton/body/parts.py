@@ -137,7 +137,7 @@ class Body:
     people: tuple[Person, ...] = ()
 
     @cached_property
-    def taken_for(self) -> tuple[str, ...]:
+    def joint_roles(self) -> tuple[str, ...]:
         """Return the role of each joint: 'Left Arm', 'Left Hand', 'piece of Left Arm' or ''."""
         out = [""] * len(self.skeleton)
         for line in self.lines:

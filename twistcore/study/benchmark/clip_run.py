@@ -12,7 +12,7 @@ from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.study.benchmark.clip_scene import AUDITOR, CleanScene, make_scene
-from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
+from twistcore.study.benchmark.filtering_cost import Fidelity, measure_fidelity
 from twistcore.study.benchmark.passes import (
     CleanRun,
     all_methods,
@@ -132,7 +132,7 @@ def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     kept: dict[str, Fidelity] = {}
     for method in settings.methods:
         runs: dict[tuple[bool, int, str], CleanRun] = {(False, 1, ""): clean_run(base, method)}
-        if measured := fidelity(base, runs[False, 1, ""].outcome.rotations):
+        if measured := measure_fidelity(base, runs[False, 1, ""].outcome.rotations):
             kept[method] = measured
         for scene in scenes:
             run = scene.protocol.rich, scene.protocol.step, scene.protocol.single

@@ -19,7 +19,7 @@ from twistcore.detection.natural_events import (
     with_events,
 )
 from twistcore.errors import TwistError
-from twistcore.skeleton.chain import Chain, find_chains, limbs, uncorrectable_joints
+from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import chain_joints
@@ -62,7 +62,7 @@ class CleanScene:
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
         """Groups of chains and limbs that share joints. An error affects only one group."""
-        return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
+        return chains_by_limb(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:

@@ -38,7 +38,7 @@ class Fidelity:
     lag_frames: int
 
 
-def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
+def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
     The peak is the highest mean speed over 50 ms of the fastest joint. It is compared with the same

@@ -12,10 +12,10 @@ from twistcore.study.benchmark.tables import (
     OVERALL,
     BenchmarkRow,
     fidelity_rows,
-    label_of,
     make_rows,
+    method_description,
+    method_label,
     protocol_text,
-    why_of,
 )
 
 BAR = 40  # number of characters of the longest bar
@@ -80,7 +80,11 @@ def benchmark_to_markdown(
         parts += _protocol_parts(protocol, chosen, settings)
     parts += _fidelity_parts(summary, settings)
     parts.append("## Methods")
-    parts.append("\n".join(f"- **{label_of(m)}** (`{m}`): {why_of(m)}." for m in settings.methods))
+    parts.append(
+        "\n".join(
+            f"- **{method_label(m)}** (`{m}`): {method_description(m)}." for m in settings.methods
+        )
+    )
     parts += _event_parts(summary)
     if summary.problems:
         parts.append("## Could not be processed")
@@ -113,7 +117,7 @@ def _protocol_parts(
 def _overall(rows: Sequence[BenchmarkRow], *, audited: bool) -> str:
     place = (audited, "", OVERALL)
     chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
-    return _listed(["method"], (([label_of(r.method)], r.to_json()) for r in chosen), _COLUMNS)
+    return _listed(["method"], (([method_label(r.method)], r.to_json()) for r in chosen), _COLUMNS)
 
 
 def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> str:
@@ -126,7 +130,7 @@ def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> st
         + [_number(v.get(m, {}).get("fsr_percent"), 2) for m in settings.methods]
         for (side, segment), v in known.items()
     ]
-    return table(["side", "segment", *(label_of(m) for m in settings.methods)], lines)
+    return table(["side", "segment", *(method_label(m) for m in settings.methods)], lines)
 
 
 def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
@@ -134,7 +138,7 @@ def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
         return []
-    name = label_of(method)
+    name = method_label(method)
     total = by_place.pop(("", OVERALL))
     first = table(
         ["Metric", "Before Refinement", "After Refinement", "Performance Improvement"],
@@ -187,7 +191,7 @@ def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> l
         f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: in the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
-        _listed(["method"], (([label_of(r["method"])], r) for r in rows), _COSTS),
+        _listed(["method"], (([method_label(r["method"])], r) for r in rows), _COSTS),
     ]
 
 

@@ -26,11 +26,18 @@ from twistcore.detection import DETECTORS, Kind
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, continuous, geodesic_angle
+from twistcore.skeleton.rotation import Array, continuous_signs, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
-from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
+from twistcore.study.benchmark.tally import (
+    Key,
+    Tallies,
+    Tally,
+    add_tallies,
+    error_tally,
+    in_millionths,
+)
 from twistcore.study.evaluation import (
     COUNTED,
     DAMAGE,
@@ -158,7 +165,7 @@ def _replaced(
     gaps: Sequence[Gap],
 ) -> Array:
     joints = list(joints)
-    q = continuous(rotations[:, joints])
+    q = continuous_signs(rotations[:, joints])
     smooth = baseline.correct(q, fps, gaps)
     length = np.linalg.norm(smooth, axis=-1, keepdims=True)
     out = rotations.copy()
@@ -194,7 +201,7 @@ def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
                 pairs=change.size,
                 target_pairs=change.size,
                 natural=int(large.sum()),
-                natural_change=micro(np.degrees(change[large]).sum()),
+                natural_change=in_millionths(np.degrees(change[large]).sum()),
             )
         if chain in scene.targets or tally != Tally():
             add_tallies(total, {_key(scene, method, chain): tally})
@@ -339,9 +346,9 @@ def _damage_tally(
         target_pairs=len(dirty) * len(own) - int(wrong[:, own].sum()),
         damaged=int(damaged.sum()),
         target_damaged=int(damaged[:, np.isin(joints, own)].sum()),
-        damage=micro(np.degrees(change[damaged]).sum()),
+        damage=in_millionths(np.degrees(change[damaged]).sum()),
         natural=int(natural.sum()) + away.size,
-        natural_change=micro(np.degrees(change[natural]).sum() + np.degrees(away).sum()),
+        natural_change=in_millionths(np.degrees(change[natural]).sum() + np.degrees(away).sum()),
     )
 
 

@@ -175,14 +175,14 @@ def _loss(measured: Sequence[Fidelity]) -> float:
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
-def label_of(method: str) -> str:
+def method_label(method: str) -> str:
     """Return the name of a method in tables."""
     if method == HINGE:
         return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
-def why_of(method: str) -> str:
+def method_description(method: str) -> str:
     """Return a line that describes a method."""
     if method in BASELINES:
         return BASELINES[method].why
@@ -220,10 +220,10 @@ def benchmark_to_json(
         "methods": [
             {
                 "name": m,
-                "label": label_of(m),
+                "label": method_label(m),
                 "detector": m in DETECTORS,
                 "oracle": m in BASELINES and BASELINES[m].oracle,
-                "text": why_of(m),
+                "text": method_description(m),
             }
             for m in settings.methods
         ],

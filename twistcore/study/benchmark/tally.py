@@ -115,15 +115,15 @@ def error_tally(before: Array, after: Array) -> Tally:
     b, a = np.degrees(before), np.degrees(after)
     return Tally(
         frames=len(b),
-        before=micro(b.sum()),
-        after=micro(a.sum()),
-        before_squared=micro((b * b).sum()),
-        after_squared=micro((a * a).sum()),
+        before=in_millionths(b.sum()),
+        after=in_millionths(a.sum()),
+        before_squared=in_millionths((b * b).sum()),
+        after_squared=in_millionths((a * a).sum()),
         repaired=int((a <= SUCCESS * b).sum()),
         worse=int((a > b + WORSE).sum()),
     )
 
 
-def micro(value: float) -> int:
+def in_millionths(value: float) -> int:
     """Return a value in millionths, rounded."""
     return round(float(value) * MICRO)

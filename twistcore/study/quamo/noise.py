@@ -70,7 +70,7 @@ class Noise:
 LIMBS = ((1, 4, 7, 10), (2, 5, 8, 11), (16, 18, 20, 22), (17, 19, 21, 23))
 
 
-def noisy(
+def add_noise(
     q: Array,
     r: Array,
     noise: Noise,

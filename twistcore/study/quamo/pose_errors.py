@@ -32,7 +32,7 @@ class Errors:
         return tuple(vars(self).values())
 
 
-def errors(found: Array, truth: Array) -> Errors:
+def pose_metrics(found: Array, truth: Array) -> Errors:
     """Return all metrics of positions (frames, 24, 3) in mm.
 
     Foot contacts are taken from `truth`.

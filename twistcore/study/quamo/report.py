@@ -41,7 +41,7 @@ from twistcore.study.quamo.methods import (
 from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.representations import open_loop_drift
 from twistcore.study.quamo.rivals import RIVALS
-from twistcore.study.quamo.sequences import Sequence24, windows
+from twistcore.study.quamo.sequences import Sequence24, split_into_windows
 from twistcore.study.quamo.tables import (
     CONDITIONS,
     Method,
@@ -94,7 +94,7 @@ def evaluation_report(
         name: {"joints": round(float(ms[0]), 3), "root": round(float(ms[1]), 3)}
         for name, ms in late.items()
     }
-    pieces = windows(sequences, WINDOW)
+    pieces = split_into_windows(sequences, WINDOW)
     if pieces:
         tell(f"{len(pieces)} windows of {WINDOW} frames")
         apart = [c for c in CONDITIONS if not c.systematic]

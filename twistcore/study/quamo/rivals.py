@@ -22,7 +22,7 @@ from twistcore.quamo.state_space import aligned
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,
-    continuous,
+    continuous_signs,
     exponential,
     logarithm,
     multiply,
@@ -141,7 +141,7 @@ def of_components(filtered: Smooth) -> Smooth:
     """Return a filter of rotations that applies `filtered` to the quaternions' components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
-        return normalise(filtered(continuous(q_hat), dt, setting))
+        return normalise(filtered(continuous_signs(q_hat), dt, setting))
 
     return rotations
 

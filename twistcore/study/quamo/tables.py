@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
@@ -109,7 +109,7 @@ def score_methods(
             q, r = (q_hat, r_hat) if name == "input" else methods[name](sequence, q_hat, r_hat)
             places = sequence.places_mm(q, r)
             for d, (condition, k) in enumerate(draws):
-                found = np.array(errors(places[:, d], truth).values())
+                found = np.array(pose_metrics(places[:, d], truth).values())
                 table[name, condition][k] += len(sequence.q) / total * found
         tell(f"{sequence.name}: {len(sequence.q)} frames")
     return Scores(table, tuple(s.name for s in sequences))
@@ -121,7 +121,7 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
     The noise depends only on the seed, the clip's name and the kind of noise.
     """
     rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
-    return noisy(sequence.q, sequence.r, noise, rng)
+    return add_noise(sequence.q, sequence.r, noise, rng)
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:

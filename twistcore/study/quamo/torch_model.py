@@ -31,7 +31,7 @@ def import_torch() -> Any:
     return torch
 
 
-def unroll(
+def track_windows(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
     """Track windows with the state space and the networks, in the same steps as Stepper.

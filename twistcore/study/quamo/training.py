@@ -23,7 +23,7 @@ from twistcore.quamo import network as net
 from twistcore.quamo.network import Network, untrained
 from twistcore.quamo.topology import MIRROR
 from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.torch_model import (
     Step,
@@ -32,7 +32,7 @@ from twistcore.study.quamo.torch_model import (
     make_step,
     relative_places,
     tensor,
-    unroll,
+    track_windows,
 )
 
 
@@ -239,13 +239,13 @@ def _augmented(
     c, s = np.cos(yaw), np.sin(yaw)
     r = np.stack([c * r[:, 0] + s * r[:, 2], r[:, 1], c * r[:, 2] - s * r[:, 0]], axis=1)
     noise = Noise(LEVELS[str(rng.choice(list(LEVELS)))], systematic=bool(rng.random() < 0.5))
-    q_hat, r_hat = noisy(q, r, noise, rng)
+    q_hat, r_hat = add_noise(q, r, noise, rng)
     return q_hat, r_hat, q, r, offsets
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
     """Return the L1 errors of positions and of their second differences, added up, in metres."""
-    q, r = unroll(torch, w, batch.q_hat, batch.r_hat, step)
+    q, r = track_windows(torch, w, batch.q_hat, batch.r_hat, step)
     found, found_r = relative_places(torch, q, batch.offsets), r
     truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
     truth_r = tensor(torch, batch.r)
