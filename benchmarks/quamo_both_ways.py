@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.quamo_rates import motions
-from twistcore.analysis.quality.figure import quality
+from twistcore.analysis.quality.figure import quality_of_positions
 from twistcore.quamo import HandGains, track, track_both_ways
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.resample import resampled, sample_times
@@ -30,8 +30,8 @@ from twistcore.quamo.tracker import Controller
 from twistcore.quamo.weights import WEIGHTS, weights_name
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, baseline_methods
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
 from twistcore.synthesis import generator
@@ -116,17 +116,17 @@ def at_own_rate(folder: Path, every: int) -> list[str]:
     for name, q, r, offsets, dt in list(motions(folder, every)):
         times = sample_times(len(q), dt)
         truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
-        clean = quality(1000.0 * places_24(offsets, q, r)).jitter
+        clean = quality_of_positions(1000.0 * places_24(offsets, q, r)).jitter
         for level in LEVELS:
-            given = noisy(q, r, Noise(LEVELS[level]), generator(SEEDS[0], name), dt=dt)
-            before = errors(1000.0 * places_24(offsets, *resampled(*given, times)), truth)
+            given = add_noise(q, r, Noise(LEVELS[level]), generator(SEEDS[0], name), dt=dt)
+            before = pose_metrics(1000.0 * places_24(offsets, *resampled(*given, times)), truth)
             for way, run in WAYS.items():
                 found = run(*given, dt, HandGains())
                 at_25 = 1000.0 * places_24(offsets, *resampled(found.q, found.r, times))
-                after = np.array(errors(at_25, truth).values())
+                after = np.array(pose_metrics(at_25, truth).values())
                 ratio = after / np.maximum(before.values(), 1e-9)
                 cells = " | ".join(f"{ratio[METRICS.index(m)]:.3f}" for m in SHOWN)
-                jitter = quality(1000.0 * places_24(offsets, found.q, found.r)).jitter
+                jitter = quality_of_positions(1000.0 * places_24(offsets, found.q, found.r)).jitter
                 lines.append(
                     f"| {name}, {1.0 / dt:.0f} Hz | {level} | {way} | {cells} | {jitter:.2f} "
                     f"({clean:.2f}) |"

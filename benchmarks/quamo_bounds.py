@@ -29,7 +29,7 @@ from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import hand_method
 from twistcore.study.quamo.noise import Noise
-from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.study.quamo.tables import (
     CONDITIONS,
@@ -130,7 +130,7 @@ def filter_ratios(
         for seed in range(seeds):
             given = clip.places_mm(*noisy_clip(clip, noise, seed))
             made = [path.filtered(given, taps) for taps in by_subject[clip.subject]]
-            sums += len(truth) * np.array([errors(m, truth).values() for m in (given, *made)])
+            sums += len(truth) * np.array([pose_metrics(m, truth).values() for m in (given, *made)])
     return list(sums[1:] / sums[0])
 
 

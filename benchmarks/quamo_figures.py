@@ -22,7 +22,7 @@ from twistcore.quamo.topology import ANKLES, PARENTS
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, hand_method
 from twistcore.study.quamo.noise import LEVELS, Noise
-from twistcore.study.quamo.pose_errors import errors, root_aligned, second_difference
+from twistcore.study.quamo.pose_errors import pose_metrics, root_aligned, second_difference
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import Sequence24, read_sequence
 from twistcore.study.quamo.tables import noisy_clip
@@ -97,7 +97,7 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
         for joint in WRISTS:
             skins.plot(*there[:, joint].T, color=TRUTH, lw=0.8, alpha=0.6)
             skins.plot(*here[:, joint].T, color=COLOURS[name], lw=1.2)
-        found = errors(places[at], made.truth[at])
+        found = pose_metrics(places[at], made.truth[at])
         skins.set_title(
             f"{name}: MPJPE {found.mpjpe:.0f} mm, Accel {found.accel:.1f} mm/frame²", loc="left"
         )

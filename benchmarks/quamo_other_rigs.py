@@ -26,7 +26,7 @@ from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.track_clip import chosen_joints, placed_joint, smooth_clip, track_by_hand
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.synthesis import generator
 
 SEEDS = (41, 42)
@@ -68,7 +68,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
     assert placed is not None
     r = motion.translation(placed)
     wanted, rng = Noise(LEVELS[level]), generator(seed, name)
-    q_hat, r_hat = noisy(
+    q_hat, r_hat = add_noise(
         motion.rotations[:, joints], r, wanted, rng, unit=scale / 1000.0, dt=motion.frame_time
     )
     rotations, positions = motion.rotations.copy(), motion.positions.copy()

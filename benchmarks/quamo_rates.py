@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis.quality.figure import quality
+from twistcore.analysis.quality.figure import quality_of_positions
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
@@ -25,8 +25,8 @@ from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotat
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
 from twistcore.quamo.tracker import TrackResult
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.synthesis import generator
 
 EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames
@@ -91,15 +91,15 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native
         times = sample_times(len(q), dt)
-        q_hat, r_hat = noisy(q, r, Noise(LEVELS[level]), generator(0, name), dt=dt)
+        q_hat, r_hat = add_noise(q, r, Noise(LEVELS[level]), generator(0, name), dt=dt)
         truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
         for row in sums:
             found = (q_hat, r_hat)
             if row in ROWS:
                 found = ROWS[row](q_hat, r_hat, dt)
             at_25 = 1000.0 * places_24(offsets, *resampled(*found, times))
-            jitter = quality(1000.0 * places_24(offsets, *found)).jitter
-            sums[row] += len(q) * np.array([*errors(at_25, truth).values(), jitter])
+            jitter = quality_of_positions(1000.0 * places_24(offsets, *found)).jitter
+            sums[row] += len(q) * np.array([*pose_metrics(at_25, truth).values(), jitter])
     return {row: sums[row] / sums["input"] for row in ROWS}
 
 

@@ -23,9 +23,9 @@ from twistcore.quamo.network import Network, read_network, untrained
 from twistcore.quamo.topology import skeleton_24
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
 from twistcore.skeleton.motion import Motion, forward_kinematics
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.study.quamo.sequences import read_sequence
-from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
+from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
 BLOCK = 50
@@ -39,7 +39,7 @@ def main() -> None:
     arguments = parser.parse_args()
     sequence = read_sequence(SAMPLE)
     skeleton = skeleton_24(sequence.offsets)
-    q, r = noisy(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    q, r = add_noise(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
     at = np.arange(arguments.frames) % len(q)
     q, r = q[at], r[at]
     widths = {512: untrained(512, 64, np.random.default_rng(0), "full")}
@@ -104,7 +104,7 @@ def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
             tracker.step(q[k], r[k], 0.04)
         middle = time.process_time()
         with torch.no_grad():
-            unroll(torch, weights, q[None, part], r[None, part], step)
+            track_windows(torch, weights, q[None, part], r[None, part], step)
         ours.append((middle - begin) * 10.0)
         theirs.append((time.process_time() - middle) * 10.0)
     a, b = median(ours), median(theirs)

@@ -23,8 +23,8 @@ from twistcore.study.class_exercise import (
     SCORE,
     ClassExercise,
     class_table,
+    read_answer,
     read_exercise,
-    read_handed_in,
     schema_of,
     write_exercise,
 )
@@ -139,7 +139,7 @@ def score_answers(files: Sequence[Path]) -> str:
     """
     by_schema = [(schema_of(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]
-    handed = [(path, read_handed_in(path)) for schema, path in by_schema if schema == SCORE]
+    handed = [(path, read_answer(path)) for schema, path in by_schema if schema == SCORE]
     if len(keys) != 1 or not handed:
         why = tr("Select the key of the exercise and all answer files together.")
         raise FormatError(why)

@@ -26,7 +26,7 @@ from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
-from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
+from twistcore.study.class_exercise import ClassExercise, StudentAnswer, write_answer
 from twistcore.study.exercise import ExerciseScore, score_exercise
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
@@ -295,7 +295,7 @@ class Exercise(QObject):
         seconds = time.monotonic() - self._since
         own = self._class.clip, self._class.sha256
         try:
-            write_handed_in(path, HandedIn(name, seconds, *own, tuple(document.intervals)))
+            write_answer(path, StudentAnswer(name, seconds, *own, tuple(document.intervals)))
         except (OSError, TwistError) as error:
             self._show(error)
             return False

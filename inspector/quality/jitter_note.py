@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.language import tr
 from inspector.session.document import Document
 from inspector.widgets.background import OneTask
-from twistcore.analysis.quality.trembling import TIMES, trembling
+from twistcore.analysis.quality.trembling import TIMES, jitter_if_trembling
 
 
 class JitterNote(QObject):
@@ -31,7 +31,7 @@ class JitterNote(QObject):
         if data is None or self._document.borrowed or self._document.review.state.tracking:
             return
         motion = data.motion
-        self._task.run(lambda _: trembling(motion), self._take, self._ignore)
+        self._task.run(lambda _: jitter_if_trembling(motion), self._take, self._ignore)
 
     def _take(self, jitter: float | None) -> None:
         if jitter is not None:

@@ -22,7 +22,7 @@ from twistcore.analysis.correction import Corrected
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there
-from twistcore.formats.reading import own_name
+from twistcore.formats.reading import file_prefix
 from twistcore.review import (
     ChangeChains,
     Command,
@@ -135,7 +135,7 @@ class Document(OpenClip):
             same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
-        stem = own_name(clip) if own else clip.stem
+        stem = file_prefix(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
         while self.borrowed is not None and is_there(path):
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1

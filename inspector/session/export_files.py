@@ -19,7 +19,7 @@ from twistcore.files.atomic import same_file
 from twistcore.files.marks import file_mark, forget_marks, takes_long
 from twistcore.files.ordinary import is_file, is_there, real_path
 from twistcore.formats.clip import ChannelJump, Clip, check_ending, write_clip
-from twistcore.formats.reading import own_name
+from twistcore.formats.reading import file_prefix
 from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import ReviewState, read_session, write_session
@@ -121,7 +121,7 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
     """Return the paths of all files that an export writes."""
     path = choice.path
     replay = (replay_path(path),) if choice.session else ()
-    report = report_files(path.parent, own_name(path)) if choice.report else ()
+    report = report_files(path.parent, file_prefix(path)) if choice.report else ()
     return (path, *replay, *report)
 
 
@@ -132,7 +132,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     recognised by `ours`, their SHA-256; files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
-    listing = report_files(choice.path.parent, own_name(choice.path))[-1]
+    listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
     there = [path for path in files_of(choice) if is_there(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
@@ -150,7 +150,7 @@ def _written_marks(
 
     The hashes of earlier runs are read from the report.
     """
-    listing = report_files(choice.path.parent, own_name(choice.path))[-1]
+    listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
     with suppress(TwistError):
         marks = report_marks(listing)
@@ -205,7 +205,7 @@ def check_targets(
             )
             raise TwistError(message) from None
     if choice.report:
-        check_report(path.parent, own_name(path))
+        check_report(path.parent, file_prefix(path))
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
@@ -236,7 +236,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     if choice.report:
         own = (choice.path, replay_path(choice.path))
         files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
-        name = own_name(choice.path)
+        name = file_prefix(choice.path)
         report = Report(
             clip,
             export.chains,

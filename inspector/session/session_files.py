@@ -24,7 +24,7 @@ from twistcore.files.atomic import free_name, write_atomically
 from twistcore.files.document_values import bytes_of, has, items, parsed_json, path_text
 from twistcore.files.encoding import json_bytes
 from twistcore.files.ordinary import is_there, own_folder, read_file, real_path
-from twistcore.formats.reading import own_name, same_format
+from twistcore.formats.reading import file_prefix, same_format
 
 _Made = TypeVar("_Made")
 
@@ -41,12 +41,12 @@ _POINTER_SUFFIX = ".elsewhere.json"
 
 def session_path(clip: Path) -> Path:
     """Return the default path of a clip's session."""
-    return clip.with_name(own_name(clip) + SESSION_SUFFIX)
+    return clip.with_name(file_prefix(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
     """Return the path of the session that is saved with an export, to repeat the export."""
-    return export.with_name(own_name(export) + REPLAY_SUFFIX)
+    return export.with_name(file_prefix(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:

@@ -89,7 +89,7 @@ class Trails:
             start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
             before = self._data.positions[start:stop, self._joints]
             if (tracked := self._document.tracked) is None:
-                after = self._document.corrected.ways(self._joints, start, stop)
+                after = self._document.corrected.joint_paths(self._joints, start, stop)
             else:
                 after = forward_kinematics(tracked.sliced(start, stop))[1][:, self._joints]
             self._known = start, stop, before, after

@@ -258,7 +258,7 @@ class JointNamesDialog(QDialog):
             The twist bones, keyed by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
-        for joint, taken in enumerate(body.taken_for):
+        for joint, taken in enumerate(body.joint_roles):
             name, helper = body.names[joint], helpers.get(joint)
             by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its position")
             if own := chosen.get(body.skeleton.names[joint], ""):

@@ -23,7 +23,7 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review.session import session_bytes, write_session
 from twistcore.skeleton.rig import OwnChain, Rig, write_rig
-from twistcore.study.class_exercise import HandedIn, write_handed_in
+from twistcore.study.class_exercise import StudentAnswer, write_answer
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import Truth, write_truth
 from twistcore.tuning import write_profile
@@ -83,8 +83,8 @@ WRITES: Mapping[str, Write] = {
     "truth.json": lambda f: write_truth(
         f / "truth.json", Truth("a", "p", 1, CLIP.motion.frames, 120.0, ())
     ),
-    "handed.json": lambda f: write_handed_in(
-        f / "handed.json", HandedIn("Ada", 1.0, "x", "ab", ())
+    "handed.json": lambda f: write_answer(
+        f / "handed.json", StudentAnswer("Ada", 1.0, "x", "ab", ())
     ),
     "clips.csv": lambda f: write_clip_table(f / "clips.csv", _records()),
     "clips.jsonl": lambda f: write_json_lines(f / "clips.jsonl", _records()),

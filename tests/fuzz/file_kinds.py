@@ -28,7 +28,7 @@ from twistcore.files.encoding import encoded, json_text
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
 from twistcore.skeleton.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
-from twistcore.study.class_exercise import HandedIn, read_handed_in, write_handed_in
+from twistcore.study.class_exercise import StudentAnswer, read_answer, write_answer
 from twistcore.study.evaluation import measure_clip
 from twistcore.synthesis import PROTOCOLS, draw_errors, generator
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
@@ -190,8 +190,8 @@ def _class() -> tuple[dict[str, object], dict[str, object], dict[str, object], b
         read = classroom.read_exercise(exercise)
         review = Review.of(replace(analysis().detect(), intervals=read.listed))
         review.accept()
-        handed = HandedIn("Kim", 33.0, read.clip, read.sha256, review.state.intervals)
-        told = _document(lambda p: write_handed_in(p, handed))
+        handed = StudentAnswer("Kim", 33.0, read.clip, read.sha256, review.state.intervals)
+        told = _document(lambda p: write_answer(p, handed))
         documents = [_document(lambda p, f=f: shutil.copy(f, p)) for f in (exercise, key)]
         return documents[0], documents[1], told, copy.read_bytes()
 
@@ -204,9 +204,9 @@ def _read_exercise(folder: Path) -> object:
     (folder / "own").mkdir()
     with mock.patch.object(classroom, "open_for_review", _to_review):
         data, exercise = open_for_student(folder / "e.json", folder / "own")
-    handed = HandedIn("Kim", 3.0, exercise.clip, exercise.sha256, data.review.state.intervals)
-    write_handed_in(folder / "h.json", handed)
-    return read_handed_in(folder / "h.json")
+    handed = StudentAnswer("Kim", 3.0, exercise.clip, exercise.sha256, data.review.state.intervals)
+    write_answer(folder / "h.json", handed)
+    return read_answer(folder / "h.json")
 
 
 @cache

@@ -34,7 +34,7 @@ from twistcore.review import (
 )
 from twistcore.review.model import constant
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import places
+from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.rotation import wrap
 from twistcore.tuning import Profile
 
@@ -121,7 +121,7 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
         document.review.state.chosen(undecided=True),
     )
     bent = swivel.height > 0.01
-    again = swivel.angle_at(*places(refined, document.find_chain(LEG)))
+    again = swivel.angle_at(*limb_positions(refined, document.find_chain(LEG)))
     assert np.abs(wrap(again - np.radians(now)))[bent].max() < 1e-9
     assert np.allclose(values(opened, "height", "height"), 100.0 * swivel.height)
     jumps = root_scale(np.degrees(np.abs(document.limb.departures)))

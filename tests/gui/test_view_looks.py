@@ -238,7 +238,7 @@ def test_trails_tell_that_hands_and_feet_stay(qtbot, document, show_view):
     assert names == {"LeftHand", "RightHand", "LeftFoot", "RightFoot"}
     insert_twist(document, degrees=120.0)
     before = document.data.positions[FRAME - 20 : FRAME + 20, joints]
-    after = document.corrected.ways(joints, FRAME - 20, FRAME + 20)
+    after = document.corrected.joint_paths(joints, FRAME - 20, FRAME + 20)
     height = document.data.motion.skeleton.height
     np.testing.assert_allclose(after, before, atol=1e-9 * height)
     rotations = document.pose(FRAME, after=True)[0]

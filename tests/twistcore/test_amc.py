@@ -203,7 +203,7 @@ def test_what_is_shown_is_what_is_written():
     shown.take([carried, kept])
     told = refine(analysis.motion, analysis.chains_and_limbs, [carried, kept])
     for joint, ways in enumerate(forward_kinematics(told)[1][:, :, None].swapaxes(0, 1)):
-        np.testing.assert_array_equal(shown.ways(np.array([joint]), 0, FEW.frames), ways)
+        np.testing.assert_array_equal(shown.joint_paths(np.array([joint]), 0, FEW.frames), ways)
     assert (told.rotations != analysis.motion.rotations).any()
 
 

@@ -19,7 +19,7 @@ from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import (
-    continuous,
+    continuous_signs,
     geodesic_angle,
     normalise,
     quaternion_from_axis_angle,
@@ -29,7 +29,7 @@ from twistcore.study.benchmark import runner
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
-from twistcore.study.benchmark.filtering_cost import fidelity
+from twistcore.study.benchmark.filtering_cost import measure_fidelity
 from twistcore.study.benchmark.hinge import hinge_offsets
 from twistcore.study.benchmark.markdown import benchmark_to_markdown, table
 from twistcore.study.benchmark.passes import (
@@ -156,13 +156,15 @@ def test_continuous_changes_signs_only():
     q = np.cumsum(rng.normal(size=(50, 2, 4)) * 0.1, axis=0)
     q[..., 0] += 2.0
     mixed = q * rng.choice([-1.0, 1.0], size=(50, 2, 1))
-    out = continuous(mixed)
+    out = continuous_signs(mixed)
     assert (np.abs(out) == np.abs(q)).all()
     assert (np.einsum("tji,tji->tj", out[:-1], out[1:]) > 0.0).all()
 
 
 def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
-    measured = {m: fidelity(scene, clean_run(scene, m).outcome.rotations) for m in all_methods()}
+    measured = {
+        m: measure_fidelity(scene, clean_run(scene, m).outcome.rotations) for m in all_methods()
+    }
     assert measured["butterworth-causal"].lag > 40_000
     assert abs(measured["butterworth"].lag) < 8_000
     for low_pass in ("butterworth-causal", "butterworth"):

@@ -5,7 +5,13 @@ import pytest
 
 from tests.messages import names_in_one_line
 from twistcore.skeleton.body import has_length
-from twistcore.skeleton.chain import Chain, find_chains, limbs, make_chain, uncorrectable_joints
+from twistcore.skeleton.chain import (
+    Chain,
+    chains_by_limb,
+    find_chains,
+    make_chain,
+    uncorrectable_joints,
+)
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, Skeleton
 
@@ -209,7 +215,10 @@ def test_chains_that_turn_a_joint_in_common_are_a_limb_in_the_order_of_their_las
         return Chain(f"c{parent}", parent, parent + 1, -1, np.ones(3), np.ones(3))
 
     def grouped(*parents):
-        return [[c.parent for c in group] for group in limbs(skeleton, list(map(chain, parents)))]
+        return [
+            [c.parent for c in group]
+            for group in chains_by_limb(skeleton, list(map(chain, parents)))
+        ]
 
     assert grouped() == []
     assert grouped(1, 5, 2) == [[5], [1, 2]]

@@ -12,12 +12,12 @@ from twistcore.errors import TwistError
 from twistcore.review import Decision, Judged
 from twistcore.study.class_exercise import (
     ClassExercise,
-    HandedIn,
+    StudentAnswer,
     class_table,
+    read_answer,
     read_exercise,
-    read_handed_in,
+    write_answer,
     write_exercise,
-    write_handed_in,
 )
 from twistcore.synthesis import InjectedError
 
@@ -33,7 +33,7 @@ LISTED = (interval(10, 20), interval(30, 35, "RightArm"), interval(50, 60, "Left
 
 def handed(name, *decisions):
     verdicts = (Judged(k, i, d) for k, (i, d) in enumerate(zip(LISTED, decisions, strict=True)))
-    return HandedIn(name, 61.25, "a.bvh", "9f2c", tuple(verdicts))
+    return StudentAnswer(name, 61.25, "a.bvh", "9f2c", tuple(verdicts))
 
 
 YES, NO, OPEN = Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
@@ -57,8 +57,8 @@ def test_what_is_handed_in_is_read_and_scored(tmp_path):
     students = [handed("Zoe", YES, NO, NO), handed("Ana, B.", YES, YES, OPEN)]
     again = []
     for k, one in enumerate(students):
-        write_handed_in(tmp_path / f"{k}.json", one)
-        again.append(read_handed_in(tmp_path / f"{k}.json"))
+        write_answer(tmp_path / f"{k}.json", one)
+        again.append(read_answer(tmp_path / f"{k}.json"))
     table = class_table((ERROR, OTHER), again)
     rows = list(csv.DictReader(io.StringIO(table)))
     assert [row["name"] for row in rows] == ["Ana, B.", "Zoe"]
@@ -103,9 +103,9 @@ def test_what_is_no_score_file_is_refused(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_text(text)
     with pytest.raises(TwistError, match=r"a\.json"):
-        read_handed_in(path)
+        read_answer(path)
     with pytest.raises(TwistError, match=r"b\.json"):
-        read_handed_in(tmp_path / "b.json")
+        read_answer(tmp_path / "b.json")
 
 
 HANDED = {
@@ -137,10 +137,10 @@ def test_no_file_of_a_student_takes_the_memory(tmp_path, verdicts):
     path = tmp_path / "a.json"
     start = json.dumps(HANDED)[:-1]
     path.write_text(f'{start}, "verdicts": [{verdict(1, 4)}]}}')
-    assert len(read_handed_in(path).verdicts) == 1
+    assert len(read_answer(path).verdicts) == 1
     path.write_text(f'{start}, "verdicts": [{verdicts}]}}')
     with pytest.raises(TwistError, match=r"a\.json") as told:
-        read_handed_in(path)
+        read_answer(path)
     assert "\n" not in str(told.value)
     path.write_text(json.dumps(GOOD)[:-1] + f', "intervals": [{verdicts}]}}')
     with pytest.raises(TwistError, match=r"a\.json"):
@@ -151,7 +151,7 @@ def test_long_intervals_of_a_student_take_no_memory_before_they_are_compared(tmp
     path = tmp_path / "a.json"
     verdicts = ", ".join([verdict(0, 9_000_000)] * 1000)  # 72 GB in all
     path.write_text(f'{json.dumps(HANDED)[:-1]}, "verdicts": [{verdicts}]}}')
-    offsets = [judged.interval.offset for judged in read_handed_in(path).verdicts]
+    offsets = [judged.interval.offset for judged in read_answer(path).verdicts]
     assert {offset.shape for offset in offsets} == {(9_000_000,)}
     assert {offset.strides for offset in offsets} == {(0,)}
 

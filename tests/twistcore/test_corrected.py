@@ -12,7 +12,7 @@ from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant
-from twistcore.skeleton.limb import places
+from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, wrap
 from twistcore.skeleton.signals import twist_signals
@@ -75,7 +75,9 @@ def check_all(analysis, chosen):
         assert geodesic_angle(turned, rotations[frame]).max() < 1e-7
         np.testing.assert_allclose(there, positions[frame], atol=1e-9)
     joints = np.array([3, 7])
-    np.testing.assert_allclose(corrected.ways(joints, 15, 45), positions[15:45, joints], atol=1e-9)
+    np.testing.assert_allclose(
+        corrected.joint_paths(joints, 15, 45), positions[15:45, joints], atol=1e-9
+    )
 
 
 def test_while_tau_is_dragged_no_motion_is_corrected_for_an_angle(analysis, monkeypatch):
@@ -105,7 +107,7 @@ def test_the_swivel_is_that_of_the_corrected_motion(analysis):
     corrected.take(chosen)
     refined = refine(MOTION, analysis.chains_and_limbs, chosen)
     for limb in analysis.limbs:
-        true = analysis.flips.limbs[limb.name].swivel.angle_at(*places(refined, limb))
+        true = analysis.flips.limbs[limb.name].swivel.angle_at(*limb_positions(refined, limb))
         off = wrap(corrected.swivel(limb) - true)[1:]  # in the T-pose the arms are straight
         assert np.abs(off).max() < 1e-7, limb.name
 

@@ -21,9 +21,9 @@ from twistcore.review import Command, Decide, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 from twistcore.study.class_exercise import (
     ClassExercise,
-    HandedIn,
+    StudentAnswer,
+    write_answer,
     write_exercise,
-    write_handed_in,
 )
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -194,7 +194,7 @@ def exercise_documents(folder):
     listed = (Interval("LeftArm", 4, 6, np.array([0.2, 0.2])),)
     write_exercise(own, ClassExercise("exercise.bvh", "9f2c", "judge", listed))
     verdicts = (Judged(1, listed[0], Decision.REJECTED),)
-    write_handed_in(handed, HandedIn("A. Student", 312.4, "exercise.bvh", "9f2c", verdicts))
+    write_answer(handed, StudentAnswer("A. Student", 312.4, "exercise.bvh", "9f2c", verdicts))
     return [json.loads(path.read_text(encoding="utf-8")) for path in (own, handed)]
 
 

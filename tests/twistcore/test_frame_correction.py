@@ -12,7 +12,7 @@ from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.correction import remove_twist
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
-from twistcore.analysis.decomposition.altered_frame import staged
+from twistcore.analysis.decomposition.altered_frame import rotation_at_stage
 from twistcore.analysis.decomposition.directions import (
     angle_between,
     at_frame,
@@ -124,7 +124,7 @@ def test_the_first_axis_and_the_last_lock_within_five_degrees():
 @given(quaternions, axes, st.floats(-1.0, 3.0))
 def test_a_stage_is_a_share_of_the_swing_then_one_of_the_twist(q, a, stage):
     swing, twist = swing_twist(q, a)
-    found = staged(q, a, stage)
+    found = rotation_at_stage(q, a, stage)
     part = min(max(stage, 0.0), 1.0)
     full = 2.0 * math.atan2(np.linalg.norm(swing[1:]), abs(swing[0]))
     if min(full, math.pi - full) < 1e-3:

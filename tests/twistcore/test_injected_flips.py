@@ -15,7 +15,7 @@ from twistcore.detection.natural_events import NaturalEvent, limb_flips, with_ev
 from twistcore.errors import FormatError, TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, places
+from twistcore.skeleton.limb import find_limbs, limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.benchmark import passes, runner
@@ -108,7 +108,7 @@ def test_the_middle_joint_goes_round_the_line_and_the_end_stays(limb, carried):
     error = flip(limb, 100, 120, 130.0, carried=carried)
     dirty = inject(WALK, EVERY, [error])
     at = slice(100, 120)
-    (middle, end), (turned, still) = places(WALK, limb), places(dirty, limb)
+    (middle, end), (turned, still) = limb_positions(WALK, limb), limb_positions(dirty, limb)
     np.testing.assert_allclose(still, end, atol=1e-9 * WALK.skeleton.height)
     line = end / np.linalg.norm(end, axis=1)[:, None]
     along = np.einsum("fi,fi->f", middle, line)[:, None] * line

@@ -12,10 +12,10 @@ from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.joint_names import (
     ROLES,
     default_vocabulary,
+    interpret_names,
     is_helper,
-    own_names,
     read_vocabulary,
-    understood,
+    reinterpreted_names,
 )
 from twistcore.skeleton.joint_vocabulary import default_words
 from twistcore.skeleton.known_words_file import PLACE, known_words
@@ -26,7 +26,7 @@ HAND_TWIST = "左手捩"
 
 def roles(*names):
     """The side and the likeliest role of each name, of one skeleton."""
-    return [(joint.side, joint.roles[0] if joint.roles else "") for joint in understood(names)]
+    return [(joint.side, joint.roles[0] if joint.roles else "") for joint in interpret_names(names)]
 
 
 def written_in(encoding, *names):
@@ -43,7 +43,7 @@ def test_there_are_sixty_families_each_with_its_source():
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_the_roles_of_a_name_family(family):
     names = list(family.parents())
-    found = dict(zip(names, understood(names), strict=True))
+    found = dict(zip(names, interpret_names(names), strict=True))
     for side, label in enumerate(SIDES):
         for role, pieces in family.limb(side).items():
             first, *others = (found[name] for name in pieces)
@@ -78,15 +78,15 @@ def test_the_chains_of_a_name_family(family):
      "NPC L Hand [LHnd]", "Hand(L)", "lft-hand", "DEF-hand.L", "LeftHandRot"],
 )  # fmt: skip
 def test_ways_to_write_a_left_hand(name):
-    (joint,) = understood([name])
+    (joint,) = interpret_names([name])
     assert (joint.side, joint.roles, joint.other, joint.helper) == ("Left", ("hand",), False, False)
 
 
 def test_numbers_are_kept_apart_from_the_word():
-    joints = understood(["arm_L0_0_jnt", "arm_L0_1_jnt", "Arm.L", "Arm.L.001", "Bone_L_Arm02"])
+    joints = interpret_names(["arm_L0_0_jnt", "arm_L0_1_jnt", "Arm.L", "Arm.L.001", "Bone_L_Arm02"])
     assert [j.number for j in joints] == ["00", "01", "", "001", "02"]
     assert {j.stem for j in joints} == {"arm"}
-    assert [j.number for j in understood(["Bip01 L Toe0", "Bip01 L Foot"])] == ["0", ""]
+    assert [j.number for j in interpret_names(["Bip01 L Toe0", "Bip01 L Foot"])] == ["0", ""]
 
 
 def test_a_rig_of_its_own_name_is_no_word_of_the_joint():
@@ -99,7 +99,7 @@ def test_a_rig_of_its_own_name_is_no_word_of_the_joint():
 
 
 def test_vertebrae_are_on_no_side():
-    assert {joint.side for joint in understood(["L5", "L3", "T12", "R1", "Left"])} == {""}
+    assert {joint.side for joint in interpret_names(["L5", "L3", "T12", "R1", "Left"])} == {""}
 
 
 def test_sides_by_letters_only_where_names_are_mirrored():
@@ -132,7 +132,7 @@ def test_names_in_other_encodings(encoding, names):
 
 
 def test_bytes_of_no_encoding_are_no_error():
-    (joint,) = understood(["\udcff\udcfe_L"])
+    (joint,) = interpret_names(["\udcff\udcfe_L"])
     assert joint.roles == ()
 
 
@@ -154,7 +154,7 @@ def test_no_helpers(name):
 
 
 def test_a_twist_bone_says_in_which_bone_it_lies():
-    assert [j.roles for j in understood(["L_Forearm_Twist", HAND_TWIST])] == [("forearm",)] * 2
+    assert [j.roles for j in interpret_names(["L_Forearm_Twist", HAND_TWIST])] == [("forearm",)] * 2
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_a_twist_bone_says_in_which_bone_it_lies():
      "左親指１", "LeftEye", "skirt_01", "Bip01 L Finger01", "levator02.L", "RightHandPinky3_end"],
 )  # fmt: skip
 def test_no_part_of_a_limb(name):
-    (joint,) = understood([name])
+    (joint,) = interpret_names([name])
     assert (joint.other, joint.roles) == (True, ())
 
 
@@ -183,12 +183,12 @@ def test_a_word_for_two_bones_takes_what_no_other_word_says():
 def test_a_target_is_no_joint_next_to_the_joint():
     found = roles("hand_l", "ik_hand_l", "ik_hand_root")
     assert found == [("Left", "hand"), ("Left", ""), ("", "")]
-    assert understood(["hand_l", "ik_hand_l"])[1].other
+    assert interpret_names(["hand_l", "ik_hand_l"])[1].other
     assert roles("ik_hand_l") == [("Left", "hand")]  # where there is nothing else
 
 
 def test_the_hips_are_no_thigh():
-    assert [j.trunk for j in understood(["Hips", "hip", "pelvis_L"])] == [True] * 3
+    assert [j.trunk for j in interpret_names(["Hips", "hip", "pelvis_L"])] == [True] * 3
     assert roles("LeftHip", "LeftKnee")[0] == ("Left", "upleg")
     assert roles("LHipJoint", "LeftUpLeg") == [("Left", ""), ("Left", "upleg")]
 
@@ -231,27 +231,29 @@ def own(tmp_path):
 def test_own_words_are_added(own):
     names = ["LeftPfote", "Pfote_R", "LeftHand"]
     vocabulary = own('[mine]\nhand = ["Pfote"]\n')
-    assert [j.roles for j in understood(names)] == [(), (), ("hand",)]
-    assert [j.roles for j in understood(names, vocabulary)] == [("hand",)] * 3
-    assert own_names(names, vocabulary) == {"LeftPfote": "left hand", "Pfote_R": "right hand"}
+    assert [j.roles for j in interpret_names(names)] == [(), (), ("hand",)]
+    assert [j.roles for j in interpret_names(names, vocabulary)] == [("hand",)] * 3
+    assert reinterpreted_names(names, vocabulary) == {
+        "LeftPfote": "left hand",
+        "Pfote_R": "right hand",
+    }
 
 
 def test_own_words_go_before_those_of_the_program(own):
     vocabulary = own('[mine]\nother = ["hand"]\nhelper = ["slide"]\n')
-    assert [(j.other, j.helper) for j in understood(["L_Hand", "L_Arm_slide"], vocabulary)] == [
-        (True, False), (False, True),
-    ]  # fmt: skip
+    joints = interpret_names(["L_Hand", "L_Arm_slide"], vocabulary)
+    assert [(j.other, j.helper) for j in joints] == [(True, False), (False, True)]
 
 
 def test_a_whole_name_may_be_given_as_a_word(own):
     vocabulary = own('[mine]\nhand = ["LeftPfote"]\n')
-    joints = understood(["LeftPfote", "RightPfote"], vocabulary)
+    joints = interpret_names(["LeftPfote", "RightPfote"], vocabulary)
     assert [(j.side, j.roles) for j in joints] == [("Left", ("hand",)), ("Right", ("hand",))]
 
 
 def test_single_joints_may_be_named(own):
     vocabulary = own('[joints]\nBone07 = "left hand"\nLeftHand = "other"\n')
-    bone, hand = understood(["Bone07", "LeftHand"], vocabulary)
+    bone, hand = interpret_names(["Bone07", "LeftHand"], vocabulary)
     assert (bone.side, bone.roles, hand.other) == ("Left", ("hand",), True)
 
 

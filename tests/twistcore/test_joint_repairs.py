@@ -23,7 +23,7 @@ from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
 from twistcore.review.model import levelled, resized
 from twistcore.review.proposal import proposed_at_jump
-from twistcore.skeleton.limb import places
+from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
     exponential,
@@ -562,7 +562,7 @@ def test_views_show_the_corrected_motion(motion, kind):
         after, exact = corrected.angles(chain), twist_signals(refined, chain)
         np.testing.assert_allclose(wrap(after.theta_p - exact.theta_p), 0.0, atol=1e-9)
     for limb in analysis.limbs:
-        true = analysis.flips.limbs[limb.name].swivel.angle_at(*places(refined, limb))
+        true = analysis.flips.limbs[limb.name].swivel.angle_at(*limb_positions(refined, limb))
         off = wrap(corrected.swivel(limb) - true)[interval.start : interval.stop]
         np.testing.assert_allclose(off, 0.0, atol=1e-9)
 

@@ -67,11 +67,11 @@ known.__path__.append({str(folder)!r})
 import numpy as np
 import twistcore as tc
 from twistcore.cli import main
-from twistcore.formats import CLIP_PATTERNS, is_other_data, own_name
+from twistcore.formats import CLIP_PATTERNS, file_prefix, is_other_data
 from twistcore.formats.clip_files import clips_in
 here = Path({str(tmp_path)!r})
 clip = tc.read_clip(here / "walk.comma")
-print(clip.motion.frames, own_name("walk.comma"), CLIP_PATTERNS)
+print(clip.motion.frames, file_prefix("walk.comma"), CLIP_PATTERNS)
 print([path.name for path in clips_in(here)], is_other_data(here / "empty.comma"))
 main(["detect", str(here / "walk.comma")])
 """

@@ -6,7 +6,14 @@ from tests.conftest import ASSETS
 from tests.twistcore.test_chain import rig
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains, make_chain
-from twistcore.skeleton.limb import along, as_limb, bones, find_limbs, joint_path, places
+from twistcore.skeleton.limb import (
+    as_limb,
+    bone_lengths,
+    find_limbs,
+    joint_path,
+    limb_positions,
+    path_position,
+)
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import normalise, rotate
 
@@ -32,7 +39,7 @@ def test_arms_and_legs_of_a_named_body():
 def test_where_the_knee_and_the_ankle_are_from_the_hip():
     in_room, positions = forward_kinematics(WALK)
     for limb in limbs_of(WALK):
-        to_child, to_end = places(WALK, limb)
+        to_child, to_end = limb_positions(WALK, limb)
         for place, joint in ((to_child, limb.child), (to_end, limb.end)):
             way = positions[:, joint] - positions[:, limb.parent]
             assert np.allclose(np.linalg.norm(place, axis=1), np.linalg.norm(way, axis=1))
@@ -91,9 +98,9 @@ def test_what_a_limb_and_its_joints_are_called():
 def test_bones_and_the_way_along_joints():
     motion = spider(4)
     limb = limbs_of(motion)[0]
-    assert bones(motion, limb) == (np.linalg.norm((1, 3, 0)), np.linalg.norm((1, 4, 0)))
-    np.testing.assert_allclose(along(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
-    np.testing.assert_allclose(along(motion, (limb.end,)), [(1, 4, 0)] * 2)
+    assert bone_lengths(motion, limb) == (np.linalg.norm((1, 3, 0)), np.linalg.norm((1, 4, 0)))
+    np.testing.assert_allclose(path_position(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
+    np.testing.assert_allclose(path_position(motion, (limb.end,)), [(1, 4, 0)] * 2)
 
 
 def test_a_limb_of_bones_in_pieces_and_with_positions():
@@ -107,11 +114,11 @@ def test_a_limb_of_bones_in_pieces_and_with_positions():
     limb = as_limb(motion, make_chain(motion, 1, 5, 8))
     assert (limb.name, joint_path(skeleton, 1, 5)) == ("h-z", (2, 3, 4, 5))
     turned, positions = forward_kinematics(motion)
-    for place, joint in zip(places(motion, limb), (5, 8), strict=True):
+    for place, joint in zip(limb_positions(motion, limb), (5, 8), strict=True):
         in_room = rotate(turned[:, 0], place)
         np.testing.assert_allclose(in_room, positions[:, joint] - positions[:, 1], atol=1e-12)
-    still = along(motion, (6, 7, 8))
+    still = path_position(motion, (6, 7, 8))
     assert still.shape == (frames, 3)
     lengths = np.linalg.norm(skeleton.offsets, axis=1)
     upper = lengths[2:5].sum() + np.linalg.norm(moved[:, 0], axis=1).mean()
-    np.testing.assert_allclose(bones(motion, limb), (upper, lengths[6:].sum()))
+    np.testing.assert_allclose(bone_lengths(motion, limb), (upper, lengths[6:].sum()))

@@ -19,7 +19,7 @@ from twistcore.detection.limb_flips.jumps import (
 from twistcore.detection.limb_flips.swivel import _usual_side, angle_about, swivel_of
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, joint_path, places
+from twistcore.skeleton.limb import find_limbs, joint_path, limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
@@ -270,7 +270,7 @@ def test_the_swivel_is_what_places_and_rotations_in_the_room_say(kind, name):
 def test_the_usual_side_is_that_of_most_frames_weighed_by_height(kind):
     motion = motion_of(3, kind)
     for limb in LIMBS:
-        to_child, to_end = places(motion, limb)
+        to_child, to_end = limb_positions(motion, limb)
         line = to_end / np.linalg.norm(to_end, axis=1)[:, None]
         aside = to_child - (to_child * line).sum(axis=1)[:, None] * line
         weighed = aside / np.linalg.norm(aside, axis=1).max()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twistcore.skeleton.joint_names import understood
+from twistcore.skeleton.joint_names import interpret_names
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.people import find_people, joint_names
 
@@ -84,7 +84,7 @@ def test_two_people_are_told_by_what_their_names_have_in_common(one, other, name
 @pytest.mark.parametrize("pattern", ["*_B", "B:*", "Bob_*", "*-bob", "P2_*", "*.001", "*", "B-*"])
 def test_without_the_person_s_words_the_names_say_what_they_say_of_one_person(pattern):
     pair = skeleton(called("*"), called(pattern))
-    alone = understood([name for name, _ in BODY])
+    alone = interpret_names([name for name, _ in BODY])
     both = find_people(pair)
     said = joint_names(pair, both)
     for person in both:

@@ -13,7 +13,7 @@ from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant
 from twistcore.review.proposal import proposed_flip, proposed_interval
-from twistcore.skeleton.limb import places
+from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import TwistSignals
@@ -107,7 +107,7 @@ def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_ki
     corrected.take(chosen)
     refined = refine(analysed_kick.motion, analysed_kick.chains_and_limbs, chosen)
     swivel = analysed_kick.flips.limbs[arm.name].swivel
-    told, true = corrected.swivel(arm), swivel.angle_at(*places(refined, arm))
+    told, true = corrected.swivel(arm), swivel.angle_at(*limb_positions(refined, arm))
     bent = swivel.height > 1e-3
     assert np.abs(wrap(told - true))[bent].max() < 1e-9
     assert np.abs(wrap(told - swivel.angle))[60:120].max() > 0.5

@@ -9,7 +9,13 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.analysis.correction.protected_measures import PATH, ROLL, SHARE, TOLERANCE, shown_at
+from twistcore.analysis.correction.protected_measures import (
+    PATH,
+    ROLL,
+    SHARE,
+    TOLERANCE,
+    interval_at_frames,
+)
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval, Kind
 from twistcore.formats.bvh import read_bvh
@@ -139,6 +145,6 @@ def test_held_frames_are_no_frames_of_their_own(held):
 
 def test_a_correction_of_linear_keys_is_judged_at_the_keys():
     kept = np.arange(0, WALK.frames - 4, 4)
-    keys = shown_at(find("RightArm", 90.0, 40, 81), kept)
+    keys = interval_at_frames(find("RightArm", 90.0, 40, 81), kept)
     assert (keys.start, keys.stop, len(keys.offset)) == (10, 21, 11)
-    assert not shown_at(find("RightArm", 90.0, 41, 43), kept).frames
+    assert not interval_at_frames(find("RightArm", 90.0, 41, 43), kept).frames

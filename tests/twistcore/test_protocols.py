@@ -43,7 +43,7 @@ from twistcore.synthesis import (
     write_truth,
 )
 from twistcore.synthesis.injection import LEAST
-from twistcore.synthesis.offset_shape import aligned_spells, shaped
+from twistcore.synthesis.offset_shape import aligned_spells, offset_over_time
 from twistcore.synthesis.protocol import PROTOCOLS, chain_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -158,7 +158,7 @@ def test_ramps_lie_inside_of_the_interval_on_both_sides(name):
 @pytest.mark.parametrize("name", FILTERED)
 def test_filtered_offsets_are_levels_through_a_zero_phase_butterworth(name, fps):
     protocol, length, around = parse_protocol(name), 17, 2000
-    offset = shaped(1.0, length, True, True, np.random.default_rng(1), protocol, fps)
+    offset = offset_over_time(1.0, length, True, True, np.random.default_rng(1), protocol, fps)
     level = np.zeros(length + 2 * around)
     level[around:-around] = 1.0
     expected = sosfiltfilt(butter(2, int(name[1:]), fs=fps, output="sos"), level)

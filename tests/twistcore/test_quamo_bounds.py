@@ -6,7 +6,7 @@ from benchmarks.quamo_fits import LeaveOneOut, PathFilter, foot_steps, known_way
 from tests.conftest import ASSETS
 from twistcore.analysis.quality.figure import in_contact
 from twistcore.study.quamo.noise import LEVELS, SMOOTH_SECONDS, Noise
-from twistcore.study.quamo.pose_errors import errors
+from twistcore.study.quamo.pose_errors import pose_metrics
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.tables import noisy_clip
 
@@ -37,7 +37,7 @@ def test_the_best_filter_is_smoother_and_waits_only_as_long_as_it_says() -> None
         found, other = path.filtered(given, taps), path.filtered(later, taps)
         np.testing.assert_array_equal(found[: 60 - ahead], other[: 60 - ahead])
         assert np.abs(found[60 - ahead] - other[60 - ahead]).max() > 0.1
-        assert errors(found, truth).accel < 0.7 * errors(given, truth).accel
+        assert pose_metrics(found, truth).accel < 0.7 * pose_metrics(given, truth).accel
 
 
 def test_the_known_way_is_the_generalised_mean_of_what_was_seen() -> None:

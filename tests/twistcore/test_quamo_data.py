@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
-from twistcore.analysis.quality.figure import foot_slide, in_contact, quality
+from twistcore.analysis.quality.figure import foot_slide, in_contact, quality_of_positions
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
@@ -33,8 +33,8 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     slerp,
 )
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy, wandering
-from twistcore.study.quamo.pose_errors import errors, procrustes
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise, wandering
+from twistcore.study.quamo.pose_errors import pose_metrics, procrustes
 from twistcore.study.quamo.rivals import constant_offset, mean_offset
 from twistcore.study.quamo.sequences import read_folder, read_sequence
 
@@ -50,7 +50,7 @@ def figure(frames=6):
 
 def test_metrics_of_a_shift_are_global_alone():
     truth = figure()
-    found = errors(truth + np.array([3.0, 0.0, 4.0]), truth)
+    found = pose_metrics(truth + np.array([3.0, 0.0, 4.0]), truth)
     assert found.mpjpe == pytest.approx(0.0, abs=1e-9)
     assert found.p_mpjpe == pytest.approx(0.0, abs=1e-9)
     assert (found.g_mpjpe, found.gre) == (pytest.approx(5.0), pytest.approx(5.0))
@@ -61,7 +61,7 @@ def test_mpjpe_leaves_the_root_out_and_accel_is_a_second_difference():
     truth = figure()
     found = truth.copy()
     found[3, 5] += [23.0, 0.0, 0.0]
-    e = errors(found, truth)
+    e = pose_metrics(found, truth)
     assert e.mpjpe == pytest.approx(1.0 / 6.0)  # 23 mm over 23 joints and 6 frames
     # In frames 2, 3, 4 the second difference is 23, −46, 23; there are 4 of them.
     assert e.accel == pytest.approx((23.0 + 46.0 + 23.0) / 23.0 / 4.0)
@@ -96,10 +96,10 @@ def test_foot_slide_counts_feet_on_the_ground_that_move_20_mm():
 def test_quality_needs_no_truth():
     places = figure(8)
     shaken = places + np.random.default_rng(1).normal(0.0, 5.0, places.shape)
-    assert quality(places).deviation is None
-    assert quality(places).jitter == pytest.approx(0.0, abs=1e-9)
-    assert quality(shaken, places).jitter > 10.0
-    assert 5.0 < quality(shaken, places).deviation < 15.0
+    assert quality_of_positions(places).deviation is None
+    assert quality_of_positions(places).jitter == pytest.approx(0.0, abs=1e-9)
+    assert quality_of_positions(shaken, places).jitter > 10.0
+    assert 5.0 < quality_of_positions(shaken, places).deviation < 15.0
 
 
 def test_wandering_noise_has_unit_size_and_its_time_scale():
@@ -118,12 +118,12 @@ def test_noise_is_calibrated_and_seeded(level, mpjpe, accel, systematic):
         truth = s.places_mm(s.q, s.r)
         for seed in range(8):
             noise = Noise(LEVELS[level], systematic)
-            q, r = noisy(s.q, s.r, noise, np.random.default_rng(seed))
-            e = errors(s.places_mm(q, r), truth)
+            q, r = add_noise(s.q, s.r, noise, np.random.default_rng(seed))
+            e = pose_metrics(s.places_mm(q, r), truth)
             found.append((e.mpjpe, e.accel))
-    again = noisy(s.q, s.r, noise, np.random.default_rng(7))
+    again = add_noise(s.q, s.r, noise, np.random.default_rng(7))
     assert (again[0] == q).all()
-    assert (noisy(s.q, s.r, noise, np.random.default_rng(8))[0] != q).any()
+    assert (add_noise(s.q, s.r, noise, np.random.default_rng(8))[0] != q).any()
     mean = np.mean(found, axis=0)
     assert mean[0] == pytest.approx(mpjpe, rel=0.12)
     assert mean[1] == pytest.approx(accel, rel=0.15)
@@ -133,15 +133,17 @@ def test_the_systematic_part_stands_still_and_is_redrawn(dance):
     means = []
     for seed in range(2):
         noise = Noise(LEVELS["A"], systematic=True)
-        q, _ = noisy(dance.q, dance.r, noise, np.random.default_rng(seed))
+        q, _ = add_noise(dance.q, dance.r, noise, np.random.default_rng(seed))
         means.append(mean_offset([(q, dance.q)]))
     assert np.degrees(np.abs(means[0])).mean() > 1.0
     assert abs(np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1]) < 0.5
 
 
 def test_bursts_freeze_a_limb(dance):
-    q, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
-    frozen, _ = noisy(dance.q, dance.r, Noise(LEVELS["B"], bursts=60.0), np.random.default_rng(3))
+    q, _ = add_noise(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
+    frozen, _ = add_noise(
+        dance.q, dance.r, Noise(LEVELS["B"], bursts=60.0), np.random.default_rng(3)
+    )
     assert ((np.diff(frozen, axis=0) == 0.0).all(axis=2)).sum() > 5
     assert not (np.diff(q, axis=0) == 0.0).all(axis=2).any()
 

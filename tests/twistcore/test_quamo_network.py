@@ -18,9 +18,9 @@ from twistcore.quamo.network import (
     write_network,
 )
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.study.quamo.sequences import read_sequence
-from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
+from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
 from twistcore.study.quamo.training import TrainingSettings, batches, train
 
 needs_torch = pytest.mark.skipif(
@@ -45,7 +45,7 @@ def run(net, q, r):
 
 def dance():
     s = read_sequence(ASSETS / "dance.bvh")
-    return noisy(s.q, s.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    return add_noise(s.q, s.r, Noise(LEVELS["A"]), np.random.default_rng(0))
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ def by_torch(variant, q, r):
     """Poses (60, 24, 4) and root places (60, 3) by the model that is trained."""
     torch = import_torch()
     weights = {k: torch.tensor(v) for k, v in shaken(variant).weights.items()}
-    found = unroll(torch, weights, q[None, :60], r[None, :60], make_step(torch, variant))
+    found = track_windows(torch, weights, q[None, :60], r[None, :60], make_step(torch, variant))
     return found[0][0].numpy(), found[1][0].numpy()
 
 

@@ -14,11 +14,11 @@ from twistcore.study.quamo.methods import (
     representation_methods,
     root_in_substeps,
 )
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import errors, lag_parts
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import lag_parts, pose_metrics
 from twistcore.study.quamo.representations import track_places
 from twistcore.study.quamo.rivals import RIVALS
-from twistcore.study.quamo.sequences import read_sequence, windows
+from twistcore.study.quamo.sequences import read_sequence, split_into_windows
 from twistcore.study.quamo.tables import CONDITIONS, score_methods
 
 DT = 0.04
@@ -31,7 +31,7 @@ def dance():
 
 @pytest.fixture(scope="module")
 def given(dance):
-    return noisy(dance.q, dance.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    return add_noise(dance.q, dance.r, Noise(LEVELS["A"]), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("rival", RIVALS, ids=lambda r: r.name)
@@ -42,8 +42,8 @@ def test_rivals_are_smooth_ignore_the_sign_and_see_what_they_say(rival, dance, g
     signs = np.random.default_rng(1).choice([-1.0, 1.0], q.shape[:-1])[..., None]
     assert geodesic_angle(rival.run(signs * q, r, DT)[0], found).max() < 1e-7
     truth = dance.places_mm(dance.q, dance.r)
-    before = errors(dance.places_mm(q, r), truth)
-    after = errors(dance.places_mm(found, place), truth)
+    before = pose_metrics(dance.places_mm(q, r), truth)
+    after = pose_metrics(dance.places_mm(found, place), truth)
     assert after.accel < 0.75 * before.accel
     assert after.g_accel < 0.7 * before.g_accel
     part, part_place = rival.run(q[:40], r[:40], DT)
@@ -98,7 +98,7 @@ def test_hand_gains_lag_and_what_sees_the_file_does_not(dance):
 
 
 def test_windows_are_whole_pieces_and_begin_at_the_truth(dance):
-    pieces = windows([dance], 25)
+    pieces = split_into_windows([dance], 25)
     assert len(pieces) == len(dance.q) // 25
     np.testing.assert_array_equal(
         np.concatenate([p.q for p in pieces]), dance.q[: 25 * len(pieces)]

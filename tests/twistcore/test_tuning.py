@@ -20,7 +20,7 @@ from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
-from twistcore.skeleton.chain import find_chains, limbs
+from twistcore.skeleton.chain import chains_by_limb, find_chains
 from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
@@ -154,7 +154,7 @@ def test_a_limb_by_itself_is_analysed_as_in_the_whole_body(sample):
     motion, chains = sample.motion, find_chains(sample.motion)
     whole = DETECTORS["consistency"].analyse(motion, chains)
     for chain in chains:
-        limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
+        limb = next(limb for limb in chains_by_limb(motion.skeleton, chains) if chain in limb)
         assert len(limb) < len(chains)
         alone = DETECTORS["consistency"].analyse(motion, limb)
         np.testing.assert_array_equal(alone.strength(chain.name), whole.strength(chain.name))

@@ -1,4 +1,4 @@
-"""Analysis of one clip: detections, corrections, quality, decomposition and what-if poses."""
+"""Analyse one clip: detection, correction, quality, and decomposition of rotations."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Analysis of a clip: its chains, signals and detectors, each computed on first use."""
+"""Analyse a clip: find chains, compute signals, and run detectors, each when first needed."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from weakref import WeakKeyDictionary
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
+    interval_at_frames,
     protected_measures,
-    shown_at,
 )
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
@@ -64,11 +64,12 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
-Tau = float | Mapping[str, float]  # for all chains, or keyed by the name of a chain or limb
+# One value for all chains, or values keyed by the name of a chain or limb.
+Tau = float | Mapping[str, float]
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
-_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds that have a finder function
-# Number of lone jumps above which a person counts as restless, so that none of their intervals is
+_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder function
+# A person with at least this many lone jumps is restless: none of the person's intervals is
 # corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
@@ -76,9 +77,10 @@ RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection i
 
 
 class ClipAnalysis:
-    """The analysis of a motion, without any threshold or decision, as returned by `analyse`.
+    """The analysis of a motion, independent of thresholds and decisions.
 
-    The object is immutable and thread-safe. It computes each result once, on first use.
+    The object is returned by :func:`analyse`. It is immutable and thread-safe, and computes each
+    result once, when first needed.
 
     Parameters
     ----------
@@ -89,13 +91,13 @@ class ClipAnalysis:
     name : str
         Name of the clip, for messages.
     rig : Rig
-        The chains and limbs of the skeleton.
+        The user's changes to the skeleton's chains.
     chosen : bool
-        True if a person chose these chains, False if they are all chains.
+        True if the user chose some chains, False to analyse all of them.
     people : sequence of str, optional
-        The people to whom the chains belong; None for all people.
+        Names of the people to whom the chains belong. None for all people.
     whole : ClipAnalysis, optional
-        The analysis of all chains, from which the results for the chosen chains are read.
+        The analysis of all chains, which provides the results if some chains were chosen.
 
     Examples
     --------
@@ -124,24 +126,27 @@ class ClipAnalysis:
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
-        self._detectors: dict[str, Detector] = {}  # the detectors that computed these
-        self._failed: dict[str, tuple[Detector, str]] = {}  # the failed detectors, with the reasons
+        self._detectors: dict[str, Detector] = {}  # the detectors that computed `_by_method`
+        # Detectors that failed, with the reasons.
+        self._failed: dict[str, tuple[Detector, str]] = {}
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
-        # Keyed by kind and method ('' is the clip as captured); then results that finders share.
+        # Intervals keyed by kind and method ('' for the clip as captured), and results that finders
+        # share.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
-        # Kinds from other packages for which the search failed, with the reason.
+        # Kinds from other packages whose search failed, with the reasons.
         self._failed_kinds: dict[Kind, str] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
-        self._carried: dict[str, CarriedRolls] = {}  # by detector
-        self._steps_left: dict[str, tuple[BodyStep, ...]] = {}  # without any counter-twist
+        self._carried: dict[str, CarriedRolls] = {}  # keyed by method
+        # Body steps without counter-twists, keyed by method.
+        self._steps_left: dict[str, tuple[BodyStep, ...]] = {}
         self._rolls = RollsOfChains(motion)
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
-        # Maps an interval to its open copy if its correction makes something worse, or to None.
+        # Maps an interval to its open copy, or to None if the interval does not become open.
         self._protected: WeakKeyDictionary[Interval, Interval | None] = WeakKeyDictionary()
         self._making = Lock()
 
@@ -150,18 +155,18 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis with another rig but the same choice of people or chains.
+        """Return the analysis with another rig and the same choice of people and chains.
 
         Raises TwistError if the rig has none of the chosen chains.
         """
         if rig == self.rig:
             return self
         other = self._with_chains_of(rig)
-        # A detector that failed does not run again.
+        # Detectors that failed do not run again.
         (other._whole or other)._failed = dict((self._whole or self)._failed)
-        for name in {"poses", "bursts"} & vars(self).keys():  # no chain changes these
+        for name in {"poses", "bursts"} & vars(self).keys():  # these do not depend on chains
             vars(other)[name] = getattr(self, name)
-        if "signals" in vars(self):  # other chains do not change these either
+        if "signals" in vars(self):  # the signals of a chain do not depend on other chains
             stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
             known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
             new = [c for c in other.chains if c.name not in known]
@@ -170,7 +175,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Analyse all chains of another rig, or only the chosen ones."""
+        """Return an analysis of the chains of another rig, or of the chosen ones among them."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -187,52 +192,52 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors analyse: all chains, even if only some were chosen."""
+        """All chains that the detectors analyse, even if only some of them were chosen."""
         return self._whole.chains if self._whole else self.chains
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains followed by all limbs."""
+        """All chains, followed by all limbs."""
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
         """Return the chain or limb with the given name or label.
 
-        Raises TwistError with similar names if there is none.
+        Raises TwistError, which lists similar names, if there is none.
         """
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
     def signals(self) -> Mapping[str, TwistSignals]:
-        """The signals θp, θc and m, keyed by chain name."""
+        """The twist signals of each chain, keyed by chain name."""
         return signals_of_chains(self.motion, self.chains)
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """The median of ‖v⊥‖/‖v‖, 0…1, keyed by chain name.
+        """The median reliability of the azimuth, 0…1, keyed by chain name.
 
-        A low value means that the limb is often straight, where θc is undefined.
+        A low value means that the limb is often straight, so that θc is undefined.
         """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """The global rotations, (frames, joints, 4), and positions, (frames, joints, 3)."""
+        """Global rotations, (frames, joints, 4), and positions, (frames, joints, 3)."""
         return forward_kinematics(self.motion)
 
     @cached_property
     def body(self) -> Body:
-        """The roles of the joints, found by their names, and the limbs."""
+        """The limbs of the skeleton and the meanings of its joint names."""
         return self.rig.body(self.motion)
 
     @cached_property
     def not_examined(self) -> str:
-        """The reason why the clip could not be examined at all, as a clause, or an empty string."""
+        """The reason why the clip cannot be examined at all, as a clause, or ''."""
         return why_not_examined(self.motion, self.chains_and_limbs)
 
     @cached_property
     def unexamined(self) -> tuple[Unexamined, ...]:
-        """The arms and legs that no chain examines; empty if a person chose the chains."""
+        """The arms and legs that no chain examines. Empty if the user chose the chains."""
         if self.chosen:
             return ()
         every = unexamined_limbs(self.body, self.chains)
@@ -240,12 +245,12 @@ class ClipAnalysis:
 
     @property
     def people(self) -> tuple[str, ...]:
-        """The names of the people in the skeleton, or () if there is only one."""
+        """Names of the people in the skeleton. Empty if there is only one person."""
         return _people_of(self.motion)
 
     @cached_property
     def notes(self) -> tuple[Note, ...]:
-        """The notes about the clip, computed on first use."""
+        """Notes about the clip."""
         notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
         if self.not_examined:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
@@ -261,12 +266,19 @@ class ClipAnalysis:
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
     ) -> tuple[Note, ...]:
-        """Compare the clip with another take; return a note for each bone with a constant offset.
+        """Return a note for each bone that has a constant offset from another take.
 
-        - reference: another take of the same skeleton
-        - name: the name that the notes use for the reference; its own name by default
+        Parameters
+        ----------
+        reference
+            Another take of the same skeleton.
+        name
+            Name of the other take in the notes. By default, its own name.
 
-        Raises ClipMismatchError if the skeletons differ.
+        Raises
+        ------
+        ClipMismatchError
+            If the skeletons differ.
         """
         name = name or (reference.name if isinstance(reference, Clip) else "the reference")
         offsets = offsets_from(self.motion, self._of_limbs, motion_of(reference), name)
@@ -275,14 +287,15 @@ class ClipAnalysis:
         return tuple(Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
-        """Return a detector's analysis of the chains, computed on first use.
+        """Return a detector's analysis of the chains.
 
-        `tell` is called with the progress. Raises TwistError for an unknown method.
+        `tell` is called with the progress, 0…1. Raises TwistError if the method is unknown or
+        fails.
         """
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
             return self._whole.by(method, tell)
-        if self._detectors.get(method) is detector:  # does not wait for other detectors
+        if self._detectors.get(method) is detector:  # without waiting for other detectors
             return self._by_method[method]
         with self._making:
             if self._detectors.get(method) is not detector:
@@ -298,20 +311,20 @@ class ClipAnalysis:
     def usable(self, method: str) -> str:
         """Return `method`, or the default detector if `method` is missing or failed on this clip.
 
-        No detector is run for this; a detector that has not run yet is considered usable.
+        No detector is run. A detector that has not run yet counts as usable.
         """
         name = DETECTORS.usable(method)
         return DEFAULT_METHOD if self.failure(name) else name
 
     def failure(self, method: str) -> str:
-        """Return the error message of a detector that failed on this clip, or an empty string."""
+        """Return the error message of a detector that failed on this clip, or ''."""
         if self._whole is not None:
             return self._whole.failure(method)
         detector, why = self._failed.get(method, (None, ""))
         return why if detector is not None and detector is DETECTORS.get(method) else ""
 
     def give_up(self, method: str, why: str) -> None:
-        """Stop using a detector on this clip. `why` is the error message."""
+        """Mark a detector as failed on this clip. `why` is the error message."""
         if self._whole is not None:
             self._whole.give_up(method, why)
         elif method != DEFAULT_METHOD:
@@ -319,7 +332,7 @@ class ClipAnalysis:
             self._failed[method] = DETECTORS.named(method), why
 
     def _forget(self, method: str) -> None:
-        """Discard the results of an earlier detector with this name."""
+        """Discard all results of a detector."""
         for known in (
             self._by_method,
             self._detectors,
@@ -339,14 +352,14 @@ class ClipAnalysis:
     def kept(self, method: str) -> Analysis | None:
         """Return a detector's analysis if it has already been computed, or None.
 
-        This method never starts or waits for a detector.
+        This method never starts a detector or waits for one.
         """
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
-        """Yield the notes about bursts of noise, frozen spans and smoothed spans."""
+        """Yield notes about noise bursts, frozen limbs and smoothed joints."""
         chains = self._of_limbs
-        if not chains:  # only limbs were chosen
+        if not chains:  # the user chose only limbs
             joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
             within = [c for c in self.every_chain if c.parent in joints]
             chains = tuple(c for c in within if not isinstance(c, Helper))
@@ -367,7 +380,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Leave out faults at joints of people who were not chosen."""
+        """Return the faults without those at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -380,15 +393,15 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """The chains that are not helpers."""
+        """All chains except helpers."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
     def helper_rolls(self) -> HelperAnalysis:
-        """The analysis of the helpers among the chains, computed on first use."""
+        """The analysis of the helpers' rolls."""
         if self._whole is not None:
             return self._whole.helper_rolls
-        if self._helpers is not None:  # also while a detector is running
+        if self._helpers is not None:  # without waiting for a detector
             return self._helpers
         with self._making:
             if self._helpers is None:
@@ -398,10 +411,10 @@ class ClipAnalysis:
 
     @property
     def flips(self) -> LimbFlipAnalysis:
-        """The analysis of limb flips, computed on first use."""
+        """The analysis of limb flips."""
         if self._whole is not None:
             return self._whole.flips
-        if self._flips is not None:  # also while a detector is running
+        if self._flips is not None:  # without waiting for a detector
             return self._flips
         with self._making:
             if self._flips is None:
@@ -409,10 +422,10 @@ class ClipAnalysis:
             return self._flips
 
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the intervals of a kind that is reported but not corrected, keyed by chain name.
+        """Return the intervals of a kind that is never corrected automatically.
 
-        The intervals are computed on first use. For some kinds, the clip is searched after the
-        detector's automatic corrections have been applied.
+        The dict is keyed by chain name. Some kinds are searched for in the clip after all automatic
+        corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -428,11 +441,14 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """The error messages of third-party kinds whose search has failed so far."""
+        """Error messages of kinds from other packages whose search has failed so far."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
-        """True if C rolled with P in an interval that a detector reports as a counter-twist."""
+        """Return True if the child rolled with its parent in an interval found as a counter-twist.
+
+        In this case, the interval may be part of a carried roll.
+        """
         return self._rolls.along(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
@@ -442,7 +458,7 @@ class ClipAnalysis:
         if method not in self._carried:
             motion, chains = self.motion, self._of_limbs
             if not DETECTORS.named(method).info.has_confidence:
-                chains = ()  # without confidence, it is unclear which counter-twists to remove
+                chains = ()  # without confidence, it is unknown which counter-twists are corrected
             elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
                 motion = refine(motion, chains, twists)
             reuse = motion is not self.motion
@@ -450,13 +466,16 @@ class ClipAnalysis:
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the lone jumps that remain after all automatic corrections, by chain name."""
+        """Return the lone jumps that remain after all automatic corrections.
+
+        The dict is keyed by chain name.
+        """
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
         """Return the input for the finders of all kinds.
 
-        `method` is the name of a detector, or an empty string for the clip as captured.
+        `method` is the name of a detector, or '' for the clip as captured.
         """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
@@ -480,7 +499,7 @@ class ClipAnalysis:
         )
 
     def _errors(self, method: str) -> tuple[Interval, ...]:
-        """Return all intervals at the automatic τ that can be corrected."""
+        """Return all intervals that can be corrected, found at the automatic τ."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
             names = self._searched_names(REPAIRED)
@@ -502,15 +521,15 @@ class ClipAnalysis:
 
     @cached_property
     def bursts(self) -> tuple[NoiseBurst, ...]:
-        """The bursts of noise of all joints, sorted by start."""
+        """The noise bursts of all joints, sorted by start."""
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump so often that no interval is certain.
 
-        The result for a clip of one person is ('',) or (). A person is included only if the jumps
-        are frequent both in the clip as captured and after the corrections. If they are rare in the
-        clip as captured, no detector is run. Jumps during a burst of noise are not counted.
+        The result for a clip of one person is ('',) or (). Jumps must be frequent both in the clip
+        as captured and after the corrections. If they are rare in the clip as captured, no detector
+        is run. Jumps within a noise burst are not counted.
         """
         if self._whole is not None:
             return self._whole.restless(method)
@@ -526,7 +545,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people who have many of the given jumps (keyed by chain name)."""
+        """Return the people with many of the given jumps, which are keyed by chain name."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -540,7 +559,7 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return a restless person's interval as an open interval.
+        """Return a copy of a restless person's interval as an open interval.
 
         Repeated calls return the same object.
         """
@@ -552,7 +571,7 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return the interval, or an open copy of it if its correction makes something worse.
+        """Return the interval, or an open copy if its correction would make something worse.
 
         Two more kinds of interval become open: a counter-twist at a step of the whole body, because
         the step alone may be the error, and an interval whose confidence is too low for its kind.
@@ -577,10 +596,10 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if the body steps at an edge of the interval, with and without counter-twists.
+        """Return True if the whole body steps at an edge of the interval.
 
         Counter-twists of many chains that begin in the same frame look like a body step. Therefore
-        the steps are also measured in the clip without any counter-twist.
+        the body must also step in the clip without counter-twists.
         """
         person = self.chain(interval.chain).person
         if not at_body_step(body_steps(self.motion), interval, person):
@@ -591,8 +610,8 @@ class ClipAnalysis:
         return at_body_step(self._steps_left[method], interval, person)
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
-        """Measure how the correction of an interval affects its limb and its neighbours."""
-        if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
+        """Measure how the correction of an interval affects its limb and neighbouring chains."""
+        if interval.kind != Kind.COUNTER_TWIST:  # other kinds need no detector of chains
             every = self.chains_and_limbs
             return protected_measures(self.motion, every, interval, self._plain_hinges)
         others, kept = self._corrected_with(interval, method), _kept(self.by(method))
@@ -601,9 +620,9 @@ class ClipAnalysis:
             measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
             if kept is None or not any(m.worse for m in measured):
                 return measured
-        # Interpolated and held frames were not captured: errors that appear only in them are
+        # Interpolated and held frames were not captured, so errors that appear only in them are
         # ignored.
-        own, *others = (shown_at(i, kept.first) for i in (interval, *others))
+        own, *others = (interval_at_frames(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
         hinges = self._hinges_by(method, kept)
@@ -617,8 +636,8 @@ class ClipAnalysis:
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
         """Return the automatically corrected counter-twists in chains that share a joint.
 
-        If the interval is not corrected automatically, for example because τ was changed,
-        counter-twists in its own chain are left out: they may be the same error.
+        If the interval is not corrected automatically, for example because τ was changed, the
+        counter-twists in its own chain are left out, because they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -629,24 +648,24 @@ class ClipAnalysis:
         return [i for i in sure if i.chain in near and i is not interval]
 
     def _sure_by(self, method: str) -> tuple[Interval, ...]:
-        """Return the counter-twists at the automatic τ that are corrected automatically."""
+        """Return the automatically corrected counter-twists, found at the automatic τ."""
         if method not in self._sure:
             self._sure[method] = automatic_corrections(self._twists_by(method))
         return self._sure[method]
 
     def _twists_by(self, method: str) -> list[Interval]:
-        """Return all counter-twists at the automatic τ."""
+        """Return all counter-twists, found at the automatic τ."""
         known = self.by(method)
         names = [c.name for c in self._of_limbs]
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip or of its kept frames, measured outside counter-twists."""
+        """Return the hinges of the clip, or of its kept frames, measured outside counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
             if kept is not None:
-                motion, finds = kept.motion, [shown_at(i, kept.first) for i in finds]
+                motion, finds = kept.motion, [interval_at_frames(i, kept.first) for i in finds]
             known = getattr(self.by(method), "witnesses", {})
             self._hinges[key] = Hinges(motion, finds, known)
         return self._hinges[key]
@@ -654,10 +673,11 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """Return an analysis of chains and limbs, limited to the given kinds (all by default).
+        """Return one analysis of chains and limbs, limited to the given kinds.
 
-        The analysis combines :meth:`by` and :meth:`shown` for chains, and uses :attr:`flips` for
-        limbs. Nothing is computed before it is needed. Raises TwistError for an unknown method.
+        The analysis combines :meth:`by` and :meth:`shown` for chains with :attr:`flips` for limbs.
+        Results are computed when first needed. By default, all kinds are included. Raises
+        TwistError for an unknown method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -671,17 +691,30 @@ class ClipAnalysis:
         tau_degrees: Tau | None = None,
         tell: Tell | None = None,
     ) -> Detection:
-        """Return the intervals of the given kinds: first of chains, then of limbs.
+        """Find the intervals of some kinds, first in chains and then in limbs.
 
-        - method: the name of a detector, or a detector to register
-        - kinds: the kinds to search for, all if not given
-        - tau_radians, tau_degrees: τ for all chains, or keyed by the name of a chain or limb;
-          automatic where it is not given. The τ of a limb or a twist bone is a different quantity,
-          so a single number applies only to the other chains. Kinds that cannot be corrected have
-          no τ.
-        - tell: callback for the progress
+        Parameters
+        ----------
+        method
+            The name of a detector, or a detector to register.
+        kinds
+            The kinds to search for. By default, all.
+        tau_radians, tau_degrees
+            Threshold τ for all chains, or keyed by the name of a chain or limb, and automatic for
+            the others. A single number does not apply to limbs and helpers, whose τ is a different
+            quantity. Kinds that cannot be corrected have no τ.
+        tell
+            Called with the progress, 0…1.
 
-        Raises TwistError for an unknown kind, method or name.
+        Returns
+        -------
+        Detection
+            The intervals.
+
+        Raises
+        ------
+        TwistError
+            If a kind, method or name is unknown, or if τ is given in both units.
         """
         wanted, method = _kinds(kinds), _name_of(method)
         detector = self.detector(method, wanted)
@@ -698,19 +731,22 @@ class ClipAnalysis:
     ) -> dict[str, float]:
         """Return τ in radians, keyed by name, from one value for all chains and from a profile.
 
-        The value `for_all` does not apply to limbs and helpers. Names in the profile that are not
-        in the clip are ignored.
+        The value `for_all` does not apply to limbs and helpers. Names in the profile that the clip
+        does not have are ignored.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
     def _searched_names(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """Return the names of the chains and limbs in which these kinds can be found."""
+        """Return the names of the chains and limbs in which some of these kinds can be found."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
-        """Return the given τ in radians, keyed by the name of the chain or limb."""
+        """Return the given thresholds in radians, keyed by the name of the chain or limb.
+
+        Raises TwistError if τ is given in both units or for an unknown chain.
+        """
         if degrees is not None:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
@@ -722,10 +758,10 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """The detectors for chains and for limb flips, combined into one analysis.
+    """The detectors for chains, helpers and limb flips, combined into one analysis.
 
-    Set `final` to False to return the intervals of restless people unchanged, and not as open
-    intervals: restless people are known only after the search for all other kinds.
+    Restless people are known only after the search for all other kinds. Therefore this search sets
+    `final` to False, so that their intervals do not become open.
     """
 
     clip: ClipAnalysis
@@ -754,7 +790,7 @@ class _ByName:
             found = self._without_side_effects(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
         if not isinstance(named, Limb | Helper):
-            for sought in filter(self.kinds.__contains__, _SOUGHT):  # always in the same order
+            for sought in filter(self.kinds.__contains__, _SOUGHT):  # in the order of the kinds
                 found += self.clip.shown(sought, self.method)[chain]
         unsure = self.final and any(not i.open for i in found)
         if unsure and named.person in self.clip.restless(self.method):
@@ -764,7 +800,7 @@ class _ByName:
     def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
         """Add a chain's carried rolls, and remove the counter-twists that are part of one.
 
-        In a bent limb, a carried roll looks like a counter-twist; in a nearly straight limb, only a
+        In a bent limb, a carried roll looks like a counter-twist. In a nearly straight limb, only a
         part of it does.
         """
         rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
@@ -779,8 +815,8 @@ class _ByName:
     def _without_side_effects(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Remove flips that are only a side effect of a twist error in the limb's first joint.
 
-        If the child did not counter its parent's twist error, the rest of the limb turns by the
-        missing angle. That is one error, not two.
+        If a child did not fully compensate its parent's twist error, the rest of the limb turns by
+        the remaining angle. This is one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -800,13 +836,16 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Add a reason for doubt to the evidence for an interval, so that a person decides."""
+    """Return the evidence for an interval with an additional reason for doubt.
+
+    `explain` returns the evidence.
+    """
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
-    """Return the distinct frames of a clip in coarse notation, or None for other clips."""
+    """Return the distinct frames of a coarsely written clip, or None for other clips."""
     kept: DistinctFrames | None = getattr(analysis, "kept", None)
     return kept
 
@@ -814,7 +853,10 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Add the measures that a correction makes worse to the evidence for its interval."""
+    """Return the evidence for an interval with the measures that its correction makes worse.
+
+    `explain` returns the evidence.
+    """
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
@@ -833,17 +875,17 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 class Detection:
     """The intervals found in a clip, sorted by chain and start, limbs last.
 
-    The object is a sequence of :class:`Interval`. With a name as the index, ``found["LeftArm"]``,
-    it returns the detection for that chain or limb only.
+    A detection is a sequence of :class:`Interval`. An index that is a name, as in
+    ``found["LeftArm"]``, returns the detection for only that chain or limb.
 
     Parameters
     ----------
     analysis : ClipAnalysis
         The analysis that was searched.
     method : str
-        The name of the detector for chains.
+        Name of the detector for chains.
     tau : mapping of str to float
-        τ in radians, keyed by the name of each chain and limb that was searched.
+        Threshold τ in radians, keyed by the name of each chain and limb that was searched.
     intervals : tuple of Interval
         The intervals that were found.
 
@@ -870,7 +912,7 @@ class Detection:
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains that were searched for errors."""
+        """The chains that were searched."""
         return tuple(c for c in self.analysis.chains if c.name in self.tau)
 
     @property
@@ -885,14 +927,14 @@ class Detection:
 
     @property
     def not_examined(self) -> str:
-        """The reason why nothing in the clip was examined, as a clause, or an empty string."""
+        """The reason why the clip could not be examined at all, as a clause, or ''."""
         return "" if self.intervals else self.analysis.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis.
+        """Notes about the clip and the search.
 
-        If anything was found, the note that nothing was examined is left out.
+        If any interval was found, the note that the clip could not be examined is left out.
         """
         notes = self.analysis.notes
         if self.intervals:
@@ -954,8 +996,11 @@ class Detection:
         *,
         include_open: bool = False,
     ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return all chains and limbs, and the intervals that are corrected automatically."""
-        del motion  # not needed: the analysis already has the chains
+        """Return all chains and limbs, and the intervals that are corrected automatically.
+
+        `at_least` and `include_open` are the same as in :meth:`refined`. `motion` is not used.
+        """
+        del motion  # the analysis already has the chains
         sure = automatic_corrections(self, at_least, include_open=include_open)
         return self.chains_and_limbs, sure
 
@@ -965,9 +1010,9 @@ class Detection:
         Parameters
         ----------
         at_least : float, optional
-            Confidence from which an interval is corrected, 0…1; 0.5 if not given.
+            Minimum confidence of an interval to correct, 0…1. By default, 0.5.
         include_open : bool
-            True to correct open intervals as well.
+            True to correct open intervals, too.
 
         Returns
         -------
@@ -987,18 +1032,18 @@ class Detection:
         )
 
     def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
-        """Return one dict per interval, with the fields of `twistcore detect --json`.
+        """Return a dict for each interval, with the fields of `twistcore detect --json`.
 
         Parameters
         ----------
         explain : bool
-            True to add `residual_deg` and `evidence`, as `--explain` does.
+            True to add `residual_deg` and `evidence`, like the option `--explain`.
 
         Returns
         -------
         list of dict
-            Values are numbers, strings, lists or None; frames from 0, `stop` is exclusive, angles
-            in degrees.
+            Values are numbers, strings, lists or None. Frames count from 0, `stop` is exclusive,
+            and angles are in degrees.
 
         Examples
         --------
@@ -1018,7 +1063,7 @@ class Detection:
         Raises TwistError if pandas is not installed.
         """
         try:
-            pandas = import_module("pandas")  # optional, and takes a second to load
+            pandas = import_module("pandas")  # it is optional, and takes a second to load
         except ImportError:
             raise TwistError(
                 "to_dataframe needs pandas: install it with pip install pandas"
@@ -1033,20 +1078,20 @@ def analyse(
     rig: Rig = AS_FOUND,
     people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """Analyse a clip: chains, signals and detectors, each computed when it is first needed.
+    """Analyse a clip: find its chains, compute signals, and run detectors, each when first needed.
 
     Parameters
     ----------
     clip : Clip or Motion
         The clip to analyse.
     chains : str, Chain or sequence of these, optional
-        Only these chains and limbs, by name or label (`twistcore info` lists them) or as objects;
-        all if not given. Case matters only if two names differ only in case. A chain's name
-        includes the limb that begins with it; a limb's name means that limb alone.
+        The chains and limbs to analyse, as objects or by a name or label that `twistcore info`
+        lists. By default, all. Case matters only if two names differ only in case. A chain's name
+        includes the limb that begins with it, while a limb's name means only that limb.
     rig : Rig, optional
-        The chains and limbs of the skeleton; the ones found in the clip if not given.
+        Changes to the chains of the skeleton. By default, none.
     people : str or sequence of str, optional
-        Only the chains of these people, by name; all people if not given.
+        Names of the people whose chains are analysed. By default, all people.
 
     Returns
     -------
@@ -1113,18 +1158,18 @@ def detect(
     clip : Clip or Motion
         The clip to search.
     chains : str, Chain or sequence of these, optional
-        Only these chains and limbs, as for `analyse`; all if not given.
+        The chains and limbs to search, as in :func:`analyse`. By default, all.
     method : str or Detector
-        The detector for chains: 'consistency', 'paper', the name of another detector, or a
-        detector object, which is then registered.
+        The detector for chains: 'consistency', 'paper', the name of another detector, or a detector
+        to register.
     kinds : Kind, str or collection of these, optional
-        The kinds to search for; all if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
-        the same.
+        The kinds of error to search for. By default, all. ``"counter_twist"`` and
+        ``"Counter-Twist"`` mean the same.
     tau_degrees, tau_radians : float or mapping of str to float, optional
-        Threshold τ, in degrees or in radians, for all chains or keyed by the name of a chain or
-        limb; automatic where not given.
+        Threshold τ for all chains, or keyed by the name of a chain or limb, in degrees or in
+        radians. Chains without a value have an automatic τ.
     tell : callable, optional
-        Called repeatedly with the completed share of the work, 0…1.
+        Called repeatedly with the progress, 0…1.
 
     Returns
     -------
@@ -1136,7 +1181,7 @@ def detect(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If a chain, kind or method does not exist, or τ is given twice.
+        If a chain, kind or method does not exist, or τ is given in both units.
 
     See Also
     --------
@@ -1161,14 +1206,14 @@ def detect(
     )
 
 
-# The columns of `detect --json`, in this order.
+# The fields of `detect --json`, in order.
 _COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind")
 
 
 def _row(
     interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
 ) -> dict[str, Any]:
-    """Return an interval as a row of `detect --json`. `names` are the joints' names."""
+    """Return an interval as a row of `detect --json`. `names` are the names of all joints."""
     parent = names[chain.parent]
     values = (
         *(parent, parent, names[chain.child], interval.start, interval.stop),
@@ -1188,9 +1233,9 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Return the kinds with the given names, or all kinds for None.
+    """Return the kinds with the given names, or all kinds if `kinds` is None.
 
-    Raises TwistError for unknown names.
+    Raises TwistError if a name is unknown.
     """
     if kinds is None:
         return ALL_KINDS

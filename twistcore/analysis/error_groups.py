@@ -1,20 +1,23 @@
-"""Groups of errors that belong together, so that a reviewer can decide on all of them in one step.
+"""Group errors that belong together, so that a reviewer can decide on them in one step.
 
-Three rules form the groups. None of them depends on a reviewer's decisions:
+The groups do not depend on a reviewer's decisions. They are formed by three rules:
 
-1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together, if one
-   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This rule
-   joins a flip with the jumps at its edges.
-2. *Overlap*: on one limb, intervals that share at least 80 % of the longer one's frames belong
-   together. This rule joins a leg with its foot.
-3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
-   same direction and of similar size in the middle, they are one group.
+1. *Edges*: intervals of one limb belong together if their edges are at most one frame apart and, in
+   addition, one of them is a jump or they share a frame. A jump has only one edge, its first frame.
+   This rule joins a flip with the jumps at its edges.
+2. *Overlap*: intervals of one limb belong together if they share at least 80 % of the frames of the
+   longer one. This rule joins a leg with its foot.
+3. *Series*: if at least three groups formed so far have the same kind of error in the same chain,
+   in the same direction and of similar size, they become one group.
 
-Two corrections of different kinds for the same frames of a limb are alternatives if one of them is
-open. A reviewer chooses one of them, and only the one with more confidence is in the group.
+Two corrections of different kinds for the same frames of a limb are *alternatives* if one of them
+is open. A reviewer chooses between them, and only the one with the higher confidence is in the
+group.
 
-The limb of an interval is the limb of its joint: the nearest joint above it at which a limb begins,
-or the root. The cost grows linearly with the number of intervals, apart from sorting.
+An interval's limb is determined by its joint: the limb that begins at the joint or at the nearest
+joint above, or the root if there is none.
+
+Computation time grows linearly with the number of intervals, apart from sorting.
 """
 
 from __future__ import annotations
@@ -26,28 +29,31 @@ from itertools import pairwise
 import numpy as np
 
 from twistcore.detection import Interval, Kind
-from twistcore.skeleton.chain import Chain, limbs
+from twistcore.skeleton.chain import Chain, chains_by_limb
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.work.frozen import dataclass
 
-_NEAR = 1  # frames between edges
-_SHARED = 0.8  # share of the longer interval's frames
+_NEAR = 1  # maximum number of frames between edges that touch
+_SHARED = 0.8  # minimum share of the longer interval's frames
 _SERIES = 3  # minimum number of groups in a series
 _SIMILAR = 1.3  # maximum ratio of the largest to the smallest size in a series
 _JUMP = 4  # maximum number of frames of a jump
-_FAR_LONGER = (
-    10  # ratio to the frames of the first error from which a group has the name of another
-)
+# A series is named after an error that is longer than its first one by this factor.
+_FAR_LONGER = 10
 
 
 @dataclass(frozen=True)
 class ErrorGroup:
     """At least two errors that belong together.
 
-    - members: indices of the intervals. The first one represents the group: it is the error with
-      the largest extent or, in a series, the first repetition.
-    - name: a short description, such as 'Left knee flips and the 2 jumps at its edges'
+    Attributes
+    ----------
+    members
+        Indices of the intervals. The first one represents the group: it is the main error or, in a
+        series, the first main error.
+    name
+        A short description, such as 'Left knee flips and the 2 jumps at its edges'.
     """
 
     members: tuple[int, ...]
@@ -59,8 +65,8 @@ def error_groups(
 ) -> tuple[ErrorGroup, ...]:
     """Return the groups of intervals that belong together, sorted by their first member.
 
-    `chains` are all chains and limbs to which the intervals refer. An interval belongs to at most
-    one group. A group has at least two intervals.
+    An interval belongs to at most one group. `chains` are all chains and limbs to which the
+    intervals belong.
     """
     by_name = {chain.name: chain for chain in chains}
     limb_starts = _limb_starts(skeleton, by_name.values())
@@ -86,8 +92,8 @@ def error_groups(
 
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
-    """Return, for every joint, the joint at which its limb begins, or the root if there is none."""
-    found = limbs(skeleton, tuple(chains))
+    """Return, for each joint, the joint at which its limb begins, or the root if there is none."""
+    found = chains_by_limb(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
     for joint, parent in enumerate(skeleton.parents):
@@ -121,13 +127,16 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """True for a jump: a momentary error that cannot be corrected."""
+    """Return True for a jump: a momentary error that cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
 
 def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals of one limb whose edges touch."""
+    """Yield pairs of intervals of a limb whose edges touch.
+
+    `members` are the indices of the limb's intervals.
+    """
     edges = [(intervals[k].start, k) for k in members]
     edges += [(intervals[k].stop, k) for k in members if not _is_jump(intervals[k])]
     edges.sort()
@@ -141,9 +150,9 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
 
 
 def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs that connect intervals whose edges touch.
+    """Yield pairs that connect the intervals in `meeting`, whose edges touch.
 
-    Intervals without a common frame are connected only if one of them is a jump. If neither is, one
+    Intervals without a common frame are connected only if one of them is a jump. If none is, one
     error simply ends where another one begins.
     """
     if len(meeting) < 2:
@@ -160,8 +169,8 @@ def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterat
 def _overlapping(
     intervals: Sequence[Interval], members: Iterable[int]
 ) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals in different chains of one limb that share most of their frames."""
-    last: dict[str, int] = {}  # by chain
+    """Yield pairs of intervals in different chains of a limb that share most of their frames."""
+    last: dict[str, int] = {}  # the latest interval of each chain
     for k in sorted(members, key=lambda k: intervals[k].start):
         here = intervals[k]
         for other in last.values():
@@ -189,11 +198,11 @@ def without_alternatives(
     intervals
         The intervals whose corrections are shown together.
     chains
-        All chains and limbs to which the intervals refer.
+        All chains and limbs to which the intervals belong.
     skeleton
-        The skeleton of the clip.
+        The clip's skeleton.
     chosen
-        The intervals that a person has accepted or selected. They are kept.
+        The intervals that a person has accepted or selected, which are always kept.
     """
     if len({i.kind for i in intervals if i.repairable}) < 2:
         return tuple(intervals)
@@ -213,12 +222,12 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Leave out members of a part whose correction has a more certain alternative.
+    """Return the members of a group, leaving out members that have a more certain alternative.
 
-    `chosen` contains the id() of intervals that are always kept.
+    `chosen` contains the id() of each interval that is always kept.
     """
     repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
-    instead = defaultdict[int, set[int]](set)  # the alternatives to a correction
+    instead = defaultdict[int, set[int]](set)  # alternatives to each correction
     near: list[int] = []  # corrections that may share frames with the next one
     for k in repairs:
         here = intervals[k]
@@ -242,7 +251,7 @@ def _without_alternatives(
 
 
 def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
-    """Return a part's errors with the main error first and the others sorted by start."""
+    """Return a group's errors with the main error first and the others sorted by start."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
         interval = intervals[k]
@@ -255,7 +264,7 @@ def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[i
 def _with_series(
     intervals: Sequence[Interval], parts: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Yield each part, with parts of a series joined, and the number of repetitions."""
+    """Yield each group, with groups of a series joined, and the number of repetitions."""
     alike = defaultdict[tuple[str, Kind, str, bool], list[tuple[int, ...]]](list)
     for part in parts:
         lead = intervals[part[0]]
@@ -275,9 +284,9 @@ def _with_series(
 def _similar(
     intervals: Sequence[Interval], parts: list[tuple[int, ...]]
 ) -> Iterator[list[tuple[int, ...]]]:
-    """Yield runs of parts whose first errors have similar sizes and the same direction.
+    """Yield runs of groups whose main errors have similar sizes and the same direction.
 
-    Angles are compared modulo a full turn, because +179° and −179° are the same half turn.
+    Angles are compared modulo a full turn, because +179° and −179° are nearly the same half turn.
     """
     turn = 2.0 * np.pi
     sized = sorted((_middle(intervals[part[0]]) % turn, part) for part in parts)
@@ -295,7 +304,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in the middle frame of an interval, radians. The median would be slower."""
+    """Return the angle in an interval's middle frame, radians. Its median would take longer."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -310,7 +319,8 @@ def _name(
     """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'."""
     lead = intervals[members[0]]
     longest = max((intervals[k] for k in members), key=lambda i: i.frames)
-    # Only a series begins with another error than its longest, so there are several more.
+    # Only a series can begin with an error that is not its longest, so there are several more
+    # errors.
     if longest.kind.info.happens and longest.frames >= _FAR_LONGER * lead.frames:
         part = _part(longest, chains[longest.chain], False)
         what = longest.kind.info.happens.format(part=part)
@@ -340,9 +350,9 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 
 
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
-    """Return the part of the body that is wrong.
+    """Return the name of the body part that is wrong.
 
-    The name begins with a lower-case letter if it is `inside` a sentence.
+    If it is `inside` a sentence, it begins with a lower-case letter.
     """
     if interval.joint:
         return interval.joint

@@ -1,4 +1,4 @@
-"""The parts of a motion that cannot be examined, and the reasons."""
+"""Find the parts of a motion that cannot be examined, and the reasons."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 
 FEWEST_FRAMES = 5
-_STILL = 1e-6  # largest rounding error of a quaternion component of a joint that never turns
-_MOST_PIECES = 5  # maximum number of pieces in a note
+_STILL = 1e-6  # a quaternion component that varies less does so only by rounding
+_MOST_PIECES = 5  # maximum number of segments listed in a note
 
 
 def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
-    """Return why a motion cannot be examined at all, as a clause, or an empty string."""
+    """Return the reason why a motion cannot be examined at all, as a clause, or ''."""
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
@@ -42,9 +42,10 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 
 
 def frames_note(motion: Motion) -> str:
-    """Return a sentence about pieces between cuts that are too short to examine, or ''.
+    """Return a sentence about segments between cuts that are too short to examine, or ''.
 
-    T-poses at the ends and blends from or to them are not examined either, but not mentioned.
+    T-poses at the ends and blends from or to them are not examined either, but the sentence does
+    not mention them.
     """
     frames = unexamined_frames(motion)
     if not frames:
@@ -61,7 +62,10 @@ def frames_note(motion: Motion) -> str:
 
 
 def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
-    """Return the frames [start, stop) of pieces that are too short, except T-poses at the ends."""
+    """Return the frames [start, stop) of segments that are too short to examine.
+
+    T-poses at the ends are not among them.
+    """
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):
         left_out[start:stop] = False
@@ -74,7 +78,7 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
     """Return the limbs of a body that no chain examines.
 
-    `chains` may include chains that a person added.
+    `chains` may include chains that the user added.
     """
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
@@ -88,9 +92,8 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
 def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the joints that no chain examines, keyed by part of the body.
 
-    The parts are the root, the trunk (everything to which limbs are attached), the joints below the
-    hands and below the feet (below the limbs, if names are unknown), and the others, such as neck
-    and head.
+    The parts are the root, the trunk (all joints above a limb), the joints below the hands or the
+    feet (or below the limbs, if names are unknown), and the others, such as neck and head.
     """
     skeleton = body.skeleton
     inside = {j for c in chains for j in (c.parent, c.child)}
@@ -119,7 +122,7 @@ _PARTS = ("root", "trunk", *_BELOW.values(), "below the limbs", "others")
 
 
 def _kind_of(body: Body, chain: Chain) -> str:
-    """Return 'arm' or 'leg' from the names of a chain's joints, or '' if the names are unknown."""
+    """Return 'arm' or 'leg' according to the names of a chain's joints, or '' if unknown."""
     roles = {role for j in (chain.parent, chain.child) for role in body.names[j].roles}
     if roles & {"shoulder", "arm", "forearm", "hand"}:
         return "arm"

@@ -46,7 +46,7 @@ from twistcore.export.replay import (
 from twistcore.files.atomic import is_stream
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip import Clip, check_ending, write_clip
-from twistcore.formats.reading import own_name
+from twistcore.formats.reading import file_prefix
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Review, write_session
@@ -65,7 +65,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report} is a file; choose a folder for the report")
     if arguments.report:
-        check_report(arguments.report, own_name(clip.path), clip)
+        check_report(arguments.report, file_prefix(clip.path), clip)
     found = detected(arguments, clip)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
@@ -87,11 +87,11 @@ def refine_command(arguments: argparse.Namespace) -> int:
             chains,
             review.state,
             refined,
-            own_name(clip.path),
+            file_prefix(clip.path),
             analysis=found.analysis,
             written=written,
         )
-        if reports_other_bytes(arguments.report, own_name(clip.path), clip):
+        if reports_other_bytes(arguments.report, file_prefix(clip.path), clip):
             other = f"of another clip {clip.name}"
             notes.append(f"{arguments.report}: note: replaced the report {other}")
         with step(f"  {arguments.report}: report written"):

@@ -29,7 +29,7 @@ def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
             "by": "your own names" if joint in own else _why(name, taken, shape=k in by_shape),
         }
         for k, (joint, name, taken) in enumerate(
-            zip(body.skeleton.names, body.names, body.taken_for, strict=True)
+            zip(body.skeleton.names, body.names, body.joint_roles, strict=True)
         )
     ]
 

@@ -29,8 +29,8 @@ from twistcore.quamo.network import VARIANTS, Network, read_network, write_netwo
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import errors
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import pose_metrics
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.synthesis import generator
 
@@ -52,7 +52,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
     q, r = topology.reduced(part.rotations), part.positions[:, 0]
     wanted = Noise(LEVELS[arguments.level], arguments.systematic, arguments.bursts)
     rng = generator(arguments.seed, arguments.clip.name)
-    q_hat, r_hat = noisy(q, r, wanted, rng, unit=unit, dt=motion.frame_time)
+    q_hat, r_hat = add_noise(q, r, wanted, rng, unit=unit, dt=motion.frame_time)
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     rotations[first:] = topology.restored(q_hat, part.rotations)
     positions[first:, 0] = r_hat
@@ -62,7 +62,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
         1000.0 * unit * places_24(topology.offsets, *resampled(a, b, times))
         for a, b in ((q_hat, r_hat), (q, r))
     )
-    measured = errors(found, truth)
+    measured = pose_metrics(found, truth)
     tell_jumps(arguments.output, write_clip(clip, dirty, arguments.output))
     if arguments.json:
         print_json(

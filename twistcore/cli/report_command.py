@@ -10,7 +10,7 @@ from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.files.ordinary import is_there
-from twistcore.formats.reading import own_name, read_clip
+from twistcore.formats.reading import file_prefix, read_clip
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
@@ -50,7 +50,7 @@ def _of_session(arguments: argparse.Namespace) -> int:
     clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
     tell_clip(clip.path, clip)
     chains = chains_of(session, clip)
-    name = own_name(clip.path)
+    name = file_prefix(clip.path)
     check_report(arguments.output, name, clip)
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined, name)

@@ -13,7 +13,7 @@ from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.medians import medians
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import DistinctFrames, without_held
 
 # seconds between cuts: in a shorter segment, errors cannot be distinguished from motion
@@ -38,7 +38,7 @@ def find_cuts(motion: Motion) -> Mask:
     return _cuts(motion).copy()
 
 
-@once_each
+@cache_per_object
 def _cuts(motion: Motion) -> Mask:
     if (held := without_held(motion)) is not None:
         return _among_held(find_cuts(held.motion), held)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from twistcore.detection.runs import overlapping, runs
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.medians import median, quantile, running_medians
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 from twistcore.work.frozen import dataclass
@@ -46,7 +46,7 @@ class NoiseBurst:
     degrees: float
 
 
-@once_each
+@cache_per_object
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """Return the bursts of noise of all joints, sorted by start."""
     found = []
@@ -91,7 +91,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
     return known[joint]
 
 
-@once_each
+@cache_per_object
 def _by_joint(motion: Motion) -> dict[int, Array]:
     """Return the cached results of :func:`_of_joint` for a motion, keyed by joint."""
     del motion

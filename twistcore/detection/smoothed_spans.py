@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.runs import overlapping, runs
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, continuous
+from twistcore.skeleton.rotation import Array, continuous_signs
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -123,7 +123,7 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     The three arrays are the pace in a window, the fine movement in a window, and the fine movement
     in every frame. They have the shape (frames, joints), and the values are in degrees per frame.
     """
-    changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
+    changes = np.diff(continuous_signs(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)

@@ -9,7 +9,7 @@ from typing import Any
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.files.ordinary import read_file
-from twistcore.formats.clip_files import clips_by_name, no_files_in
+from twistcore.formats.clip_files import clips_by_name, special_files_in
 from twistcore.formats.reading import read_clip
 from twistcore.work.frozen import dataclass
 from twistcore.work.processes import each, reason
@@ -58,7 +58,7 @@ def compare_folders(
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
     found: dict[str, Difference | None] = {}
-    odd = no_files_in(b) | no_files_in(a)  # opening a FIFO would wait for its writer
+    odd = special_files_in(b) | special_files_in(a)  # opening a FIFO would wait for its writer
     failed = {
         name: f"{path}: expected a file, found a FIFO, a socket or a device"
         for name, path in odd.items()

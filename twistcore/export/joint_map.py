@@ -43,7 +43,7 @@ def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
     names = {"cmu": CMU_NAMES, "smpl": SMPL_NAMES}[naming]
     found = dict[str, str]()
     body = find_body(motion)
-    for joint, bone in zip(body.skeleton.names, body.taken_for, strict=True):
+    for joint, bone in zip(body.skeleton.names, body.joint_roles, strict=True):
         word = bone.replace(" ", "").replace("Toe", "ToeBase")
         for known in (CMU_NAMES, SMPL_NAMES):
             word = CMU_NAMES[known.index(joint)] if joint in known else word

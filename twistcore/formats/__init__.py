@@ -1,4 +1,4 @@
-"""File formats of clips: a function that reads any of them, and a subpackage for each format."""
+"""Read and write clips. Each file format has a subpackage."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -7,9 +7,9 @@ if TYPE_CHECKING:
     from twistcore.formats.clip import Clip, write_clip
     from twistcore.formats.reading import (
         CLIP_PATTERNS,
+        file_prefix,
         is_clip,
         is_other_data,
-        own_name,
         read_clip,
         same_format,
     )
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 __all__ = [
     "CLIP_PATTERNS",
     "Clip",
+    "file_prefix",
     "is_clip",
     "is_other_data",
-    "own_name",
     "read_clip",
     "same_format",
     "write_clip",
@@ -29,7 +29,7 @@ if not TYPE_CHECKING:
     # Loaded on first use: checking the suffix of a file name needs neither a reader nor numpy.
     _HOMES = {
         "clip": "Clip write_clip",
-        "reading": "CLIP_PATTERNS is_clip is_other_data own_name read_clip same_format",
+        "reading": "CLIP_PATTERNS file_prefix is_clip is_other_data read_clip same_format",
     }
 
     def __getattr__(name: str) -> object:

@@ -1,4 +1,4 @@
-"""A clip that was read from a file: its bytes, its motion, and how to rewrite its numbers."""
+"""A clip that was read from a file: its bytes, its motion, and how to rewrite it."""
 
 from __future__ import annotations
 
@@ -14,23 +14,28 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream, same_file, write_atomically, write_companions
-from twistcore.formats.suffixes import clip_suffix, not_written
+from twistcore.formats.suffixes import clip_suffix, why_not_written
 from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.notation import angle_step
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SHORTEST, LONGEST = 1e-4, 1.0  # seconds: range of plausible frame times
+SHORTEST, LONGEST = 1e-4, 1.0  # range of plausible frame times, seconds
 _WARNINGS = 40
-_POSES = 1 << 20  # joints × frames up to which every file can be read
-_JOINTS_A_NUMBER = 2  # the limit for larger files; a real figure has nearly three numbers per joint
+_POSES = 1 << 20  # every file with at most this many joints × frames can be read
+_JOINTS_A_NUMBER = 2  # limit for larger files; real figures have nearly three numbers per joint
 
 
 @dataclass(frozen=True)
 class ClipWarning:
     """An assumption made while reading a file.
 
-    The warning has a sentence and, if known, the line in the file, counted from 1.
+    Attributes
+    ----------
+    text
+        The assumption, as a sentence.
+    line
+        Line in the file, counted from 1, or None if it is unknown.
     """
 
     text: str
@@ -40,18 +45,21 @@ class ClipWarning:
         return self.text if self.line is None else f"Line {self.line}: {self.text}"
 
 
-def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings, and one that counts the rest. A file may have thousands."""
+def first_warnings(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
+    """Return the first warnings and, if there are more, one that counts the rest.
+
+    A file may have thousands of warnings.
+    """
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
 
 
 def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
-    """Return a message if a file has far too few numbers for its joints and frames, or None.
+    """Return an error message if a file has too few numbers for its joints and frames, or None.
 
-    A damaged or malicious file can declare many joints and many frames in a few bytes each, but the
-    poses need memory in proportion to the product of both numbers.
+    A damaged or malicious file can declare many joints and many frames in a few bytes, but poses
+    take memory in proportion to the product of both.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -63,13 +71,15 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel that no choice of equivalent angles avoids.
+    """A step of more than 180° in a written channel that no equivalent angles avoid.
 
-    The pose is right in every frame, but a program that interpolates the channels between frames
-    shows a spin.
+    The pose is right in every frame, but a program that interpolates channels between frames shows
+    a spin.
 
     Parameters
     ----------
+    joint
+        The joint's name.
     frame
         The frame after the step.
     channel
@@ -86,7 +96,7 @@ class ChannelJump:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The bytes to write, and the channel jumps that remain in them."""
+    """The bytes to write, and the channel jumps in them that could not be avoided."""
 
     data: bytes = field(repr=False)
     jumps: tuple[ChannelJump, ...] = ()
@@ -94,16 +104,16 @@ class Patch:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clip(ABC):
-    """A motion file as returned by `read_clip`.
+    """A motion file, as returned by :func:`read_clip`.
 
-    Every format has its own subclass, which rewrites the numbers of that format.
+    Each file format has a subclass.
 
     Parameters
     ----------
     path : Path
         The file that was read.
     data : bytes
-        The contents of the file, which never change.
+        The file's contents.
     skeleton : Skeleton
         The joints.
     frame_time : float
@@ -111,7 +121,7 @@ class Clip(ABC):
     warnings : tuple of ClipWarning
         Assumptions made while reading the file.
     declared_frames : int, optional
-        The number of frames in the file's header; None if the format has no such number.
+        Number of frames in the file's header. None if the format has no such number.
 
     Examples
     --------
@@ -123,7 +133,7 @@ class Clip(ABC):
     (344, 120, 2.87, 'bvh')
     """
 
-    format: ClassVar[str]  # in lower case, like the file suffix
+    format: ClassVar[str]  # the format's file suffix, in lower case and without a dot
 
     path: Path
     data: bytes = field(repr=False)
@@ -143,9 +153,9 @@ class Clip(ABC):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """Other files in the same folder that are needed to read this one, keyed by name.
+        """The bytes of other files that are needed to read this one, keyed by file name.
 
-        The values are the bytes of the files.
+        These files are in the same folder.
         """
         return {}
 
@@ -161,32 +171,32 @@ class Clip(ABC):
 
     @property
     def duration(self) -> float:
-        """Duration in seconds: the number of frames times the frame time."""
+        """Duration in seconds, which is the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
     def missing_frames(self) -> int:
-        """Number of frames that are declared in the header but missing in the file."""
+        """Number of frames that the header declares but the file does not contain."""
         return max(0, (self.declared_frames or 0) - self.frames)
 
     @property
     @abstractmethod
     def columns(self) -> int:
-        """The number of motion values in a frame."""
+        """Number of motion values per frame."""
 
     @cached_property
     def motion(self) -> Motion:
-        """The motion in the file, computed on first use."""
+        """The clip's motion, computed on first use."""
         angles = (self.angles(joint) for joint in range(len(self.skeleton)))
         return replace(self.read_motion(), angle_step=angle_step(angles))
 
     @abstractmethod
     def read_motion(self) -> Motion:
-        """Compute the motion for :attr:`motion`."""
+        """Return the motion, without `angle_step`."""
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the file's bytes, with which a session identifies its clip."""
+        """SHA-256 of the file's bytes, by which a session identifies its clip."""
         import hashlib  # slow to load; few commands need it
 
         return hashlib.sha256(self.data).hexdigest()
@@ -197,14 +207,14 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles in radians, (frames, 3), or None.
+        """Return a joint's Euler order and its angles in radians, (frames, 3), or None.
 
-        The result is None for a joint without three channels. The axes are those of
-        :meth:`as_written`.
+        The angles refer to the axes of :meth:`as_written`. The result is None for a joint without
+        three rotation channels.
         """
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Convert a joint's rotation q, (…, 4), to the axes of the angles of :meth:`euler`."""
+        """Convert a joint's rotation q, (…, 4), to the axes to which the file's angles refer."""
         del joint
         return q
 
@@ -212,33 +222,49 @@ class Clip(ABC):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations of `motion` at `changed`, (frames, joints).
+        """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        If `positions` is True, positions that differ are also rewritten. All other bytes stay the
-        same. Raises ValueError for a joint without channels for three axes in the file.
+        Other bytes stay the same.
+
+        Parameters
+        ----------
+        motion
+            The motion to write.
+        changed
+            Mask of the rotations to write, shape (frames, joints).
+        positions
+            True to write positions where they differ.
+
+        Raises
+        ------
+        ValueError
+            If a changed joint has no rotation channels about three axes.
         """
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of local rotations that differ from the clip's in any bit, (frames, joints)."""
+    """Return a mask of the local rotations that differ from the clip's in any bit.
+
+    The shape is (frames, joints).
+    """
     if motion.rotations is clip.motion.rotations:
         return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     differs = motion.rotations != clip.motion.rotations
-    # Viewing four flags as one number is several times faster than any() along so short an axis.
+    # Viewing four flags as one number is several times faster than any() along such a short axis.
     changed: NDArray[np.bool_] = differs.view(np.uint32)[..., 0] != 0
     return changed
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """Return the file's bytes with the rotations and positions of `motion` wherever they differ."""
+    """Return the file's bytes with the rotations and positions of `motion` where they differ."""
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
 def check_ending(clip: Clip, path: Path) -> None:
-    """Raise TwistError if the path has the suffix of a format other than the clip's."""
-    if refused := not_written(path, f".{clip.format}"):
+    """Raise TwistError if the path has the suffix of a format that differs from the clip's."""
+    if refused := why_not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
@@ -250,10 +276,10 @@ def check_ending(clip: Clip, path: Path) -> None:
 def write_clip(
     clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
 ) -> tuple[ChannelJump, ...]:
-    """Write a clip with new rotations and positions, in the format of the file it was read from.
+    """Write a clip with new rotations and positions, in the format of its file.
 
     Only numbers that differ are rewritten; all other bytes stay the same. The file is written
-    atomically. Other files that are needed to read it are written next to it.
+    atomically. Other files that are needed to read it, such as a skeleton, are written next to it.
 
     Parameters
     ----------
@@ -264,7 +290,7 @@ def write_clip(
     path : str or Path
         The file to write. An existing file is replaced.
     replace_source : bool
-        True to allow overwriting the file that the clip was read from.
+        True to allow replacing the file that the clip was read from.
 
     Returns
     -------
@@ -278,7 +304,7 @@ def write_clip(
     TwistError
         If the clip's source file would be replaced, or `path` has the suffix of another format.
     ValueError
-        If a changed joint cannot be turned about three axes in the file.
+        If a changed joint has no rotation channels about three axes.
     OSError
         If the file cannot be written.
 

@@ -11,17 +11,25 @@ from twistcore.files.ordinary import is_file, is_there
 from twistcore.formats.reading import is_other_data
 from twistcore.formats.suffixes import CLIP_SUFFIXES
 
-BVH = (".bvh",)  # for studies, which use BVH files only
+BVH = (".bvh",)  # the suffixes for studies, which use BVH files only
 
 
 def clips_in(
     folder: Path, *, below: bool = False, suffixes: Sequence[str] = CLIP_SUFFIXES
 ) -> list[Path]:
-    """Return the clips in a folder, sorted. The result is empty if the folder cannot be read.
+    """Return the paths of the clips in a folder, sorted, or [] if the folder cannot be read.
 
-    Set `below` to True to include subfolders. `suffixes` are the suffixes of clips, in upper or
-    lower case. A broken link is included, so that an error is reported when it is read. Folders and
-    devices with a clip's name are left out, and so is an .npz with other data.
+    Broken links are included, so that reading them reports an error. Folders and devices that are
+    named like clips are left out, and so are .npz and .pkl files with other data.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    below
+        True to include subfolders.
+    suffixes
+        Suffixes of clips, in lower case. Case is ignored in file names.
     """
     if not folder.is_dir():
         return []
@@ -30,10 +38,10 @@ def clips_in(
     return sorted(path for path in named if _is_clip(path))
 
 
-def no_files_in(folder: Path) -> dict[str, Path]:
-    """Return FIFOs, sockets and devices named like clips in a folder and its subfolders.
+def special_files_in(folder: Path) -> dict[str, Path]:
+    """Return FIFOs, sockets and devices that are named like clips, keyed by relative path.
 
-    The dict is keyed by relative path.
+    Subfolders are searched, too.
     """
     named = (path for path in folder.rglob("*") if path.suffix.lower() in CLIP_SUFFIXES)
     odd = (path for path in sorted(named) if is_there(path) and not _is_file_or_folder(path))
@@ -47,7 +55,7 @@ def _is_file_or_folder(path: Path) -> bool:
 def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> dict[str, Path]:
     """Return the clips in a folder and its subfolders, keyed by relative path with '/'.
 
-    Raises TwistError if there are no clips.
+    Raises TwistError if there are none.
     """
     found = clips_in(folder, below=True, suffixes=suffixes)
     if not found:
@@ -56,11 +64,11 @@ def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> d
 
 
 def kinds_of_clips(suffixes: Sequence[str] = CLIP_SUFFIXES) -> str:
-    """Return the names of the formats with these suffixes, for messages, such as 'BVH or NPZ'."""
+    """Return the names of the formats with these suffixes, such as 'BVH or NPZ', for a message."""
     return " or ".join(suffix[1:].upper() for suffix in suffixes)
 
 
 def _is_clip(path: Path) -> bool:
-    with suppress(OSError):  # the files of a folder can be listed but not examined
+    with suppress(OSError):  # a folder may allow its files to be listed, but not to be examined
         return (is_file(path) and not is_other_data(path)) or not is_there(path)
     return True

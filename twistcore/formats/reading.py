@@ -13,33 +13,33 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.suffixes import CLIP_SUFFIXES, FormatInfo, clip_suffix, known_formats
 from twistcore.work.progress import Tell
 
-CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # for file dialogs
+CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # for the filter of file dialogs
 
 
 def is_clip(path: str | Path) -> bool:
-    """True if the name has the suffix of a clip, in upper or lower case."""
+    """Return True if a file name has the suffix of a clip. Case is ignored."""
     return bool(clip_suffix(path))
 
 
-def own_name(path: str | Path) -> str:
-    """Return a prefix for the names of files that belong to a clip, unique in its folder.
+def file_prefix(path: str | Path) -> str:
+    """Return a prefix for the names of files that belong to a clip, unique in the clip's folder.
 
-    For a BVH this is the name without its suffix. For another format it is the whole name, since a
-    BVH with the same name may be in the folder: the session of 05_05.bvh is 05_05.twist.json, and
-    the session of 05_05.amc is 05_05.amc.twist.json. A BVH called 05_05.amc.bvh also keeps its
-    suffix.
+    For a BVH file, the prefix is the name without its suffix, so the session of 05_05.bvh is
+    05_05.twist.json. For other formats, the prefix is the whole name, because a BVH of the same
+    name may be in the folder: the session of 05_05.amc is 05_05.amc.twist.json. A BVH called
+    05_05.amc.bvh also keeps its suffix.
     """
     path = Path(path)
     return path.stem if _format(path) is _format("") and not is_clip(path.stem) else path.name
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
-    """True if the names of two files have suffixes of the same format."""
+    """Return True if two file names have suffixes of the same format."""
     return _format(one) is _format(other)
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a file by its name, or BVH if the suffix is unknown."""
+    """Return the format that a file's suffix means, or BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
@@ -52,27 +52,29 @@ def _named(function: str) -> Callable[..., Any]:
 
 
 def is_other_data(path: str | Path) -> bool:
-    """True if a file has a clip's name but no motion, such as an .npz with a body's shape.
+    """Return True if a file has a clip's name but no motion, like an .npz with a body's shape.
 
-    Only the archive's directory or the pickle's beginning is read. The result is False for a
-    damaged archive, so that an error is reported when it is read, and for a device, because opening
-    it might block forever.
+    Only the archive's directory or the beginning of the pickle is read. The result is False for a
+    damaged archive, so that reading it reports an error, and for a device, because opening it might
+    block forever.
     """
     test = _format(path).without_motion
     return bool(test) and is_file(path) and bool(_named(test)(Path(path)))
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
-    """Read a motion file. The suffix decides: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC.
+    """Read a motion file: BVH, AMASS or SMPL (.npz, .pkl), or ASF/AMC.
+
+    The file's suffix determines the format.
 
     Parameters
     ----------
     path : str or Path
-        The file. It is read as a BVH if its suffix is unknown.
+        The file. If its suffix is unknown, it is read as BVH.
     fps : float, optional
         The frame rate, in frames per second, to use instead of the file's.
     tell : callable, optional
-        Called repeatedly with the completed share of the work, 0…1.
+        Called repeatedly with the progress, 0…1.
 
     Returns
     -------
@@ -82,8 +84,8 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     Raises
     ------
     TwistError
-        If the file cannot be read without a guess that would move a joint. The error has a
-        subclass for each format, and the line if known.
+        If the file is invalid or cannot be read without a guess that would move a joint. Each
+        format has a subclass, which has the line if it is known.
 
     See Also
     --------

@@ -1,4 +1,4 @@
-"""The suffixes of all formats, available without loading a reader or numpy."""
+"""The suffixes of all formats, which can be imported without loading a reader or numpy."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class FormatInfo:
-    """A clip format, as registered by a module in `known/`.
+    """A clip format, registered by a module in `known/`.
 
     Parameters
     ----------
     suffix : str
         Suffix of the files, in lower case and with the dot.
     read : str
-        The reader as 'module:function'; it takes a path, `fps` and `tell`, and returns a Clip.
+        The reader, as 'module:function'. The function takes a path, `fps` and `tell`, and returns a
+        Clip.
     place : int
-        Position in lists, which go from common to rare.
+        Position of the format in lists, which are sorted from common to rare.
     without_motion : str
-        A function as 'module:function' that returns True if a file with this suffix is not a clip;
-        "" if all such files are clips.
+        A function, as 'module:function', that returns True if a file with this suffix is not a
+        clip. '' if all such files are clips.
     companion : str
-        The suffix of a second file in the same folder that belongs to each clip; "" for none.
+        Suffix of a second file that belongs to each clip, in the same folder. '' if there is none.
     """
 
     suffix: str
@@ -40,7 +41,7 @@ class FormatInfo:
 
 @cache
 def known_formats() -> Mapping[str, FormatInfo]:
-    """Return all registered formats, keyed by suffix, in the order used for lists."""
+    """Return all registered formats, keyed by suffix, in the order in which they are listed."""
     folder = import_module("twistcore.formats.known")
     names = [module.name for module in iter_modules(folder.__path__)]
     infos = [import_module(f"{folder.__name__}.{name}").FORMAT for name in names]
@@ -48,7 +49,7 @@ def known_formats() -> Mapping[str, FormatInfo]:
 
 
 CLIP_SUFFIXES = tuple(known_formats())
-# Other motion formats, keyed by suffix. None of them can be written.
+# Names of other motion formats, keyed by suffix. These cannot be written.
 _OTHERS: Mapping[str, str] = MappingProxyType(
     {
         ".fbx": "FBX",
@@ -76,20 +77,20 @@ _OTHERS: Mapping[str, str] = MappingProxyType(
 
 
 def clip_suffix(name: PurePath | str) -> str:
-    """Return the suffix of a clip's name in lower case, or '' for other names."""
+    """Return the suffix of a clip's file name in lower case, or '' for other names."""
     suffix = PurePath(name).suffix.lower()
     return suffix if suffix in CLIP_SUFFIXES else ""
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the name of an unsupported motion format with this suffix, or '' for other files."""
+    """Return the unsupported motion format that a suffix means, or '' for other suffixes."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
-def not_written(name: PurePath | str, endings: str) -> str:
-    """Return a message for a file name with the suffix of an unsupported format, or ''.
+def why_not_written(name: PurePath | str, endings: str) -> str:
+    """Return an error message if a file name has an unsupported format's suffix, or ''.
 
-    `endings` are the supported suffixes, such as '.bvh'.
+    `endings` names the supported suffixes in the message, such as '.bvh'.
     """
     kind = other_format(name)
     return kind and (

@@ -13,7 +13,7 @@ import numpy as np
 
 from twistcore.errors import NpzError, TwistError
 from twistcore.files.ordinary import read_file
-from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, room
+from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, unpack_limit
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
@@ -104,7 +104,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
     for start, make in _COMPRESSED:
         if data.startswith(start):
             reader = make()
-            most = room(len(data))
+            most = unpack_limit(len(data))
             out: bytes = reader.decompress(data, most)
             if not reader.eof:
                 if len(out) >= most:

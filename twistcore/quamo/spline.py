@@ -22,7 +22,7 @@ from scipy.linalg import solveh_banded
 
 from twistcore.errors import TwistError
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.skeleton.rotation import Array, continuous, normalise
+from twistcore.skeleton.rotation import Array, continuous_signs, normalise
 
 # Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
@@ -96,7 +96,7 @@ def smoothed_rotations(
     Rotations outside the span [start, stop), if one is given, do not change.
     """
     if span is None:
-        return normalise(smoothed(continuous(q), cutoff, dt))
+        return normalise(smoothed(continuous_signs(q), cutoff, dt))
     out = q.copy()
-    out[slice(*span)] = normalise(smoothed(continuous(q), cutoff, dt, span)[slice(*span)])
+    out[slice(*span)] = normalise(smoothed(continuous_signs(q), cutoff, dt, span)[slice(*span)])
     return out

@@ -14,7 +14,7 @@ from twistcore.files.encoding import encoded, json_bytes
 from twistcore.files.marks import file_mark
 from twistcore.files.ordinary import is_file, read_file
 from twistcore.formats.clip import Clip
-from twistcore.formats.reading import own_name
+from twistcore.formats.reading import file_prefix
 from twistcore.report.clip_page import clip_page
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
 from twistcore.report.worst_finds import drawn_with
@@ -32,7 +32,7 @@ def write_clip_report(
     intervals. Raises TwistError like :func:`check_report`, and
     OSError.
     """
-    name = report.name or own_name(report.clip.path)
+    name = report.name or file_prefix(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)

@@ -1,1 +1,1 @@
-"""Skeletons and their motion: rotations, joint names, limbs and chains, and their twist."""
+"""Rotations, skeletons and motions; finding limbs and chains; twist signals."""

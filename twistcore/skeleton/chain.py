@@ -1,7 +1,8 @@
-"""Parent-child-grandchild chains in which a twist error is visible [Choi26 §3.1, §4.1.1].
+"""Find the chains of parent, child and grandchild in which twist errors are visible.
 
-In a chain, P is always the parent joint of C, because an error of P is undone by the children of P.
-In a bone divided into pieces, every piece has its own chain.
+In equations, the joints of a chain are P, C and G [Choi26 §3.1, §4.1.1]. P is the direct parent of
+C, because the children of P undo an error of P. If a bone is divided into pieces, every piece has
+its own chain.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from twistcore.skeleton.body import (
     bone_offset,
     find_body,
     has_length,
-    shortest,
+    shortest_offset,
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise
@@ -29,38 +30,39 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # minimum ratio of difflib for a name to be suggested after a typing error
+_NEAR = 0.75  # a name is suggested for a mistyped one if difflib's ratio is at least this
 _COLLINEAR = np.cos(np.radians(20.0))
-VARYING = np.cos(np.radians(1.0))  # a bone that varies more has one axis per frame
+# If a bone's direction varies more, the chain stores the direction of every frame.
+VARYING = np.cos(np.radians(1.0))
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A parent P, a child C and a grandchild G, with the directions of their bones.
+    """A parent joint P, its child C and the grandchild G, with the directions of both bones.
 
     Parameters
     ----------
     name : str
-        The parent joint's name.
+        Name of P.
     parent, child, grandchild : int
-        Joint indices; `grandchild` is −1 if `arm` is an axis of C or points to an End Site.
+        Indices of P, C and G. `grandchild` is −1 if `arm` is an axis of C or points to an End Site.
     axis : ndarray, shape (3,) or (frames, 3)
-        Unit vector a from P to C in P's coordinates, (x, y, z); one per frame if position
-        channels make it vary.
+        Bone axis a: unit vector (x, y, z) from P to C, in P's coordinates. There is one for each
+        frame if position channels change it.
     arm : ndarray, shape (3,) or (frames, 3)
-        Unit vector b from C to G in C's coordinates, (x, y, z).
+        Direction b: unit vector (x, y, z) from C to G, in C's coordinates.
     side : {'Left', 'Right', ''}
-        The side of the body.
+        Side of the body, or '' if unknown.
     segment : str
-        'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' etc., '' if unknown.
+        'Shoulder', 'Arm', 'ForeArm', 'UpLeg' or 'Leg', or '' if unknown.
     warnings : tuple of str
-        Assumptions made for the chain.
+        Assumptions made for this chain, as sentences.
     pieces : int
-        Number of pieces into which the bone is divided; every piece has a chain.
+        Number of pieces into which the bone from P is divided. Each piece has a chain.
     ends : bool
-        False if C is the next piece of the same bone.
+        False if the next piece of the same bone begins at C.
     person : str
-        The person with this chain; '' if there is only one.
+        Name of the person, or '' if there is only one person.
 
     Examples
     --------
@@ -93,7 +95,7 @@ class Chain:
     def label(self) -> str:
         """Return the label for tables, such as 'Left ForeArm'.
 
-        If there are several people, it begins with the person: 'B · Left ForeArm'.
+        If there are several people, it begins with the person's name: 'B · Left ForeArm'.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 
@@ -101,7 +103,7 @@ class Chain:
     def part(self) -> str:
         """Return the part of the body, such as 'Left ForeArm', or the joint's name if unknown.
 
-        For a bone in pieces, the joint's name is added, as in 'Left Arm · upperarm02.L'.
+        If the bone is divided into pieces, the joint's name is added: 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -110,23 +112,23 @@ class Chain:
 
     @property
     def list_label(self) -> str:
-        """Return the label for a list that contains both chains and limbs."""
+        """Return the label for a list of both chains and limbs."""
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
-        """Return the chain with the axes of frames [start, stop) only."""
+        """Return the chain for frames [start, stop) of the clip."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain with the axes of the given frames only."""
+        """Return the chain for the given frames of the clip."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints that an error or its correction changes: P and its children.
 
-        `carried` is used only for limbs, and is True if the end of the limb turned with it.
+        `carried` has a meaning only for limbs.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -136,19 +138,19 @@ SomeChain = TypeVar("SomeChain", bound="Chain")
 
 
 def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Chain, ...]:
-    """Find the chains of a clip: one for every bone of its limbs or, if divided, for every piece.
+    """Find the chains of a clip, one for each bone of a limb or for each piece of a bone.
 
     Parameters
     ----------
     clip : Clip or Motion
         The clip to search.
     body : Body, optional
-        The limbs; found in the clip if not given.
+        The limbs. By default, they are searched for in the clip.
 
     Returns
     -------
     tuple of Chain
-        Ordered by limb, the joint next to the trunk first; empty if the skeleton has no limb.
+        The chains, limb by limb, each from the trunk outwards. Empty if no limb was found.
 
     Raises
     ------
@@ -172,10 +174,11 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """Yield the chains of a limb's bones, in order, without bones of length 0."""
+    """Yield the chains of a limb from the trunk outwards, without bones of length 0."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces are in one line, so C's turn about that line is measured by an axis of C.
+        # Pieces of a bone are collinear, so the direction to G would not show how far C turns. The
+        # chain of a piece uses an axis of C instead.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
@@ -185,11 +188,11 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
 def make_chain(
     motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
 ) -> Chain | None:
-    """Return the chain of three joints, or None if P→C has no length and therefore no axis.
+    """Return the chain of three joints, or None if the bone from P to C has no length.
 
-    Without a grandchild, the direction b depends on the joint. For a hand, b is the unit Z of C's
-    frame [Choi26 §4.1.3] or, if Z is within 20° of a, the axis of C that is least parallel to a.
-    For a foot, b points to its End Site.
+    Without a grandchild, the direction b is chosen as follows. For a foot, b points to the End
+    Site. For a hand, b is C's Z axis [Choi26 §4.1.3] or, if Z is within 20° of the bone axis, the
+    axis of C that is least parallel to the bone axis.
     """
     skeleton = motion.skeleton
     warnings: list[str] = []
@@ -203,16 +206,17 @@ def make_chain(
         if end is not None and has_length(skeleton, end):
             arm = normalise(end)
         else:
-            along = np.abs(np.atleast_2d(axis)[0])  # cosine between each axis of C and a
+            # Cosine of the angle between each axis of C and the bone axis.
+            along = np.abs(np.atleast_2d(axis)[0])
             arm = np.eye(3)[2 if along[2] <= _COLLINEAR else int(np.argmin(along))]
     name = skeleton.names[parent]
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
-def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
+def chains_by_limb(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
     """Group the chains that change a common joint, directly or through other chains.
 
-    An error in one group does not affect another group.
+    An error in one group does not affect another group. The groups are ordered by their last chain.
     """
     changers: dict[int, list[int]] = {}
     changed = [chain.changed_joints(skeleton) for chain in chains]
@@ -230,15 +234,14 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
                 todo += (other for joint in changed[k] for other in changers.pop(joint, ()))
         if group:
             groups.append(sorted(group))
-    # Order the groups by their last chain.
     return tuple(tuple(chains[k] for k in group) for group in sorted(groups, key=lambda g: g[-1]))
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the joints that prevent a correction because they lack three rotation channels.
+    """Return the names of a chain's joints that cannot be corrected: they lack rotation channels.
 
     The result is empty if the chain can be corrected. `carried` is True for a limb flip in which
-    the end turned with the limb, so that the end's local rotation does not change.
+    the end turned with the limb, so that its local rotation needs no correction.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -251,11 +254,23 @@ _NAME, _LABELS = ("name",), ("label", "list_label")
 
 
 def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
-    """Return the chain or limb with a name or label that `twistcore info` lists.
+    """Return the chain or limb with the given name or label.
 
-    Case and spaces are ignored unless chains differ only in these. `where` is the name of the clip
-    for messages. Raises TwistError if not exactly one chain has the name; the message lists similar
-    names or the matching chains.
+    Case and spaces are ignored unless two chains differ only in these.
+
+    Parameters
+    ----------
+    chains
+        Chains and limbs, in the order of `twistcore info`.
+    name
+        The name or label to look for.
+    where
+        The clip's name, for messages.
+
+    Raises
+    ------
+    TwistError
+        If no chain, or more than one, has the name. The message lists similar names.
     """
     chains = tuple(chains)
     for key, attributes in (
@@ -267,11 +282,11 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     ):
         alike = [c for c in chains if key(name) in {key(getattr(c, a)) for a in attributes}]
         if len({c.parent for c in alike}) == 1:
-            return alike[0]  # the chain precedes the limb that begins with it
+            return alike[0]  # a chain comes before the limb that begins with it
         if alike:
             listed = " or ".join(c.name for c in alike)
             raise TwistError(f"{where}: the chain name {name!r} is ambiguous; choose {listed}")
-    # The first chain of a limb may have the same label as the limb, and has priority.
+    # If a limb and its first chain have the same label, the chain has priority.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and rarely needed
 
@@ -292,7 +307,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Return the chains grouped by person, in the given order."""
+    """Return the chains keyed by person, each person's in the given order."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)
@@ -300,14 +315,15 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the assumptions made about chains, each only once if chains share a joint."""
+    """Return the warnings of the chains, without repetitions."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
-    """Return the unit direction from a joint's parent to the joint, or None if it has no length.
+    """Return the unit vector from a joint's parent to the joint, or None if the bone has no length.
 
-    The shape is (3,), or (frames, 3) if the direction varies. Assumptions are added to `warnings`.
+    The shape is (3,), or (frames, 3) if the direction varies by more than 1°. Assumptions are
+    appended to `warnings`.
     """
     skeleton = motion.skeleton
     offset = bone_offset(motion, joint)
@@ -316,7 +332,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
             f"{skeleton.names[joint]}: the position channels are close to zero; its OFFSET is used."
         )
         return normalise(offset)
-    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest(skeleton)
+    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest_offset(skeleton)
     if lengths.min() <= smallest:
         return None
     directions = normalise(offset)

@@ -1,4 +1,4 @@
-"""The up direction, the height and the heading of a figure."""
+"""Estimate a figure's up direction, height and heading."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    The guess is based on the direction from the knees to the shoulders in `positions`, (frames,
-    joints, 3), because the rest pose may be arbitrary. Without limbs, the rest pose is used.
+    The direction from the knees to the shoulders decides, because the rest pose may be arbitrary.
+    Without limbs, the rest pose decides. `positions` has the shape (frames, joints, 3).
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -31,7 +31,7 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def up_letter(motion: Motion) -> str:
-    """Return the axis that points up in a motion, 'Y' or 'Z' (see :func:`guess_up`)."""
+    """Return the axis that points up in a motion, 'Y' or 'Z'."""
     up = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
     return "XYZ"[int(up.argmax())]
 
@@ -39,8 +39,8 @@ def up_letter(motion: Motion) -> str:
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
     """Return the height of a figure, in the file's unit, in the frame in which it is largest.
 
-    The result is at most the height of the rest pose. `positions` has the shape (frames, joints,
-    3); about 200 of the frames are used. If there are several people, the tallest one is used.
+    The result is at most the height of the rest pose. Of several people, the tallest counts. About
+    200 frames are examined. `positions` has the shape (frames, joints, 3).
     """
     some = positions[:: max(1, len(positions) // 200)]
     poses = (some[:, list(person.joints)] for person in find_people(skeleton))
@@ -49,11 +49,20 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
 
 
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
-    """Return the horizontal unit vector of the direction in which the figure faces, (3,).
+    """Return the horizontal unit vector in which the figure faces, (3,).
 
-    `positions` has the shape (joints, 3), and `up` is a unit vector, (3,). The heading is derived
-    from the direction from right to left across hips and shoulders. If the sides are unknown, the
-    heading is Z, or −Y if Z is up. If there are several people, the first one with chains is used.
+    The heading is perpendicular to the direction from right to left across hips and shoulders. If
+    the sides are unknown, the heading is Z, or −Y if Z is up. Of several people, the first one with
+    chains counts.
+
+    Parameters
+    ----------
+    positions
+        Joint positions in one frame, shape (joints, 3).
+    chains
+        The figure's chains.
+    up
+        Unit vector that points up, shape (3,).
     """
     across = np.zeros(3)
     own = [c for c in chains if c.person == chains[0].person]

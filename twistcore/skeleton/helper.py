@@ -1,7 +1,8 @@
-"""Twist bones next to a chain, as in Unreal rigs. They distribute the roll of a limb's bone.
+"""Find twist bones next to a chain, as in Unreal rigs.
 
-A helper is a child of P, the joint where a bone starts, and turns about that bone. A helper that
-turns wrongly twists the skin like a candy wrapper although no joint of the limb is wrong.
+Such a *helper* distributes the roll of a bone. It is a child of the joint where the bone begins,
+and turns about the bone. If a helper turns by a wrong angle, the skin twists like a candy wrapper
+although no joint of the limb is wrong.
 """
 
 from __future__ import annotations
@@ -17,16 +18,21 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
-_IN_LINE = np.cos(np.radians(5.0))  # largest angle between a helper and the bone
+_IN_LINE = np.cos(np.radians(5.0))  # a helper without a known name must be within 5° of the bone
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Helper(Chain):
     """A twist bone next to a chain, treated as a chain whose parent is the helper.
 
-    `parent` is the index of the helper. `child` is the joint C of the bone whose roll the helper
-    distributes. `axis` is the direction of that bone in the coordinates of their common parent
-    joint.
+    Attributes
+    ----------
+    parent
+        Index of the helper.
+    child
+        Index of the joint at the end of the bone whose roll the helper distributes.
+    axis
+        Direction of that bone, in the coordinates of the joint where it begins.
     """
 
     def __repr__(self) -> str:
@@ -34,13 +40,13 @@ class Helper(Chain):
 
     @property
     def part(self) -> str:
-        """Return the names of the bone and the helper, such as 'Left Arm · upperarm_twist_01_l'."""
+        """Return the names of bone and helper, such as 'Left Arm · upperarm_twist_01_l'."""
         bone = f"{self.side} {self.segment}"
         return f"{bone} · {self.name}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return the label for a list that contains chains and limbs."""
+        """Return the label for a list of both chains and limbs."""
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
@@ -50,7 +56,7 @@ class Helper(Chain):
 
 
 def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
-    """Find the twist bones next to a body's limb bones, in the order of the bones."""
+    """Find the twist bones next to the bones of a body's limbs."""
     return tuple(
         helper
         for line in body.lines
@@ -60,7 +66,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield the helpers of a bone: leaf joints on the bone, and children named as a helper."""
+    """Yield the helpers of a bone: children named as helpers, and leaf joints on the bone."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:
@@ -75,7 +81,7 @@ def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator
 
 
 def _lies_on(motion: Motion, joint: int, child: int) -> bool:
-    """True for a leaf joint on the bone to `child`, strictly between the ends of the bone."""
+    """Return True for a leaf joint that is on the bone to `child`, between its ends."""
     if motion.skeleton.children[joint]:
         return False
     place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))

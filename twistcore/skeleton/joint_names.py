@@ -1,6 +1,6 @@
-"""Derive the side and the part of the body from the names of joints.
+"""Interpret joint names: which side and which part of the body they mean.
 
-The words and their meanings are in `joint_vocabulary.py`.
+The words and their meanings are defined in `joint_vocabulary.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.skeleton.joint_vocabulary import (
     Vocabulary,
     default_vocabulary,
     folded,
-    joint_as_said,
+    parse_joint_meaning,
     read_vocabulary,
     read_words,
     vocabulary_of,
@@ -34,12 +34,12 @@ __all__ = [
     "JointName",
     "Vocabulary",
     "default_vocabulary",
+    "interpret_names",
     "is_helper",
-    "joint_as_said",
-    "own_names",
+    "parse_joint_meaning",
     "read_vocabulary",
     "read_words",
-    "understood",
+    "reinterpreted_names",
     "vocabulary_of",
 ]
 
@@ -47,29 +47,30 @@ HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-_SHARED = 0.6  # share of the joints; an unknown first or last word of so many is the rig's name
-_FEWEST = 3  # minimum number of additional bones that a language must recognise
-_ENOUGH = 6  # if this many bones are named, no other language is tried
-_SHORTEST = 3  # minimum number of letters of a word that is searched for within a longer word
+# An unknown first or last word of at least this share of the joints is the rig's name.
+_SHARED = 0.6
+_FEWEST = 3  # minimum number of bones that a language must add to those already recognised
+_ENOUGH = 6  # no other language is tried if this many bones are recognised
+_SHORTEST = 3  # minimum number of letters of a part of a compound word
 _SHORTEST_SIDE = 4
 _LONGEST = 60  # maximum number of letters of a word that is split
-_LAST = 3  # the rank of a word that is used only if there is no other
+_LAST = 3  # rank of a name that is used only if no other name has its role
 
 
-def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
+def interpret_names(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
     """Return the meaning of each joint name of a skeleton.
 
-    The built-in vocabulary is used if none is given.
+    The built-in vocabulary is the default.
     """
-    return list(_understood(tuple(names), vocabulary or default_vocabulary()))
+    return list(_interpret_names(tuple(names), vocabulary or default_vocabulary()))
 
 
-def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
-    """Return the joints that a user's vocabulary interprets differently from the built-in one.
+def reinterpreted_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+    """Return the joints that the user's vocabulary interprets differently from the built-in one.
 
-    The result maps joint names to words for :func:`joint_as_said`.
+    The result maps each joint name to a word for :func:`parse_joint_meaning`, such as 'left hand'.
     """
-    before, after = understood(names), understood(names, vocabulary)
+    before, after = interpret_names(names), interpret_names(names, vocabulary)
     return {
         name: _said(new)
         for name, old, new in zip(names, before, after, strict=True)
@@ -85,20 +86,23 @@ def _said(joint: JointName) -> str:
 
 
 def is_helper(name: str) -> bool:
-    """True if a joint with this name only distributes the twist of its bone."""
-    return understood([name])[0].helper
+    """Return True if a name means a joint that only distributes the twist of its bone."""
+    return interpret_names([name])[0].helper
 
 
 @lru_cache(maxsize=16)
-def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
+def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
-    found = max(readings, key=_known)  # the first one if equal
+    found = max(readings, key=_known)  # the first one wins a tie
     own = vocabulary.joints
     return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meanings of the names in the language that recognises the most bones."""
+    """Return the meanings of the names in the language that recognises most bones.
+
+    `words` lists the words of each joint's name.
+    """
     found = _read(words, vocabulary)
     if _limb_words(found) >= _ENOUGH:
         return found
@@ -113,22 +117,22 @@ def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointN
 
 
 def _known(joints: Iterable[JointName]) -> int:
-    """Return the number of joints whose name is known."""
+    """Return the number of joints with a known name."""
     return sum(bool(joint.roles or joint.other or joint.trunk) for joint in joints)
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
-    """Return the number of different bones that the names refer to."""
+    """Return the number of different bones that the names mean."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
 
 
-# -- what they mean --------------------------------------------------------------------------------
+# -- meanings --------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Piece:
     word: str
-    meaning: Meaning | None  # None: unknown
+    meaning: Meaning | None  # None if the word is unknown
     upper: bool = False
 
     def __bool__(self) -> bool:
@@ -149,7 +153,7 @@ class _Piece:
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
     """Return the meaning of each joint's words.
 
-    Names are first read one by one, and then compared with the names of other joints.
+    Names are first interpreted one by one, and then compared with the other names.
     """
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
@@ -164,7 +168,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """Return all digits of a name except those of the rig's prefix, such as Bip01."""
+    """Return all digits of a name, without those of the rig's prefix, such as Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -191,7 +195,8 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
             if meaning is not None and not meaning.side:
                 piece = _Piece(phrase, meaning)
                 apart = _split_compound(phrase, vocabulary) if piece.has("sided") else []
-                if any(p.side for p in out) or not any(p.side for p in apart):  # larm, L_larm
+                # Split larm, but not L_larm.
+                if any(p.side for p in out) or not any(p.side for p in apart):
                     apart = [piece]
                 out += apart
                 k = stop
@@ -203,7 +208,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _split_side(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word for a side, such as 'left', off the beginning or end of a word."""
+    """Split a word for a side, such as 'left', off the beginning or end of `word`."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
         return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
@@ -216,7 +221,7 @@ def _split_side(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be searched for within a longer word. Short alphabetic words may not."""
+    """Return True if a word may be part of a compound. Short alphabetic words may not."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -225,7 +230,7 @@ def _has_case(word: str) -> bool:
 
 
 def _split_compound(word: str, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word into as few known words as possible, or return [] if a part is unknown."""
+    """Split a word into as few known words as possible, or return [] if there is no such split."""
     if len(word) > _LONGEST:
         return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
@@ -251,9 +256,9 @@ def _split_compound(word: str, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
-    """Remove unknown first (place 0) or last (−1) words that most joints share.
+    """Remove an unknown word that most names share as their first (`place` 0) or last (−1) word.
 
-    Words for sides are ignored and never removed.
+    Words for sides are never removed.
     """
     while True:
         rest = [[p for p in joint if not p.side] for joint in pieces]
@@ -270,9 +275,9 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return 'Left', 'Right' or '' for each joint, from words that mean a side only in pairs.
+    """Return 'Left', 'Right' or '' for each joint, using words that mean a side only in pairs.
 
-    Such a word counts only if the skeleton also has the mirrored name.
+    Such a word is used only if the skeleton also has the mirrored name.
     """
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
@@ -295,7 +300,8 @@ def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabu
 def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     side = mirrored or _side(pieces)
     rest = [p for p in pieces if not p.side]
-    if not any(p.roles for p in rest if not p.has("noise")):  # such as French "main"
+    # The French word "main" (hand) is noise in other names.
+    if not any(p.roles for p in rest if not p.has("noise")):
         stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
     else:
         stem = [p for p in rest if not p.has("noise")]
@@ -307,7 +313,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     trunk = next((p for p in stem if p.has("trunk")), None)
     bone = bones[-1] if bones else None
     if bone is not None and trunk is not None and not side:
-        bone = None  # Kinect's SpineShoulder
+        bone = None  # such as Kinect's SpineShoulder
     if bone is not None and (other is None or "toe" in bone.roles):
         other = trunk = None
     roles = bone.roles if bone is not None and other is None else ()
@@ -325,25 +331,27 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side in a name. Words have priority over letters, and capitals over lower case."""
+    """Return the side that a name means, or ''.
+
+    Words have priority over single letters, and capitals over lower case.
+    """
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
-        return ""  # Xsens' L5 is a vertebra
+        return ""  # the name is only a side: Xsens' L5 is a vertebra
     sides.sort(key=lambda p: (len(p.word) == 1 and _has_case(p.word), not p.upper))
     return sides[0].side if sides else ""
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Choose roles by comparing joints.
+    """Remove roles that another name fits better, and order the roles that remain.
 
-    A joint loses a role if another name on that side fits the role better. If a name has several
-    meanings, a meaning that is unique on its side is preferred.
+    Of several possible roles, the one that no other joint on that side has is preferred.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
     for joint, rank in zip(joints, ranks, strict=True):
         if joint.roles and not joint.helper:
-            for side in {joint.side, ""}:  # a joint without a side is compared with all others
+            for side in {joint.side, ""}:  # '' compares joints without a side with all others
                 key = side, joint.roles[0]
                 best[key] = min(rank, best.get(key, rank))
     out = list(joints)
@@ -369,9 +377,9 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Return the joints with the most likely roles first, and the certain (side, role) pairs.
+    """Return the joints with their most likely roles first, and the certain (side, role) pairs.
 
-    Roles that are certain for another joint come last.
+    A role comes last if it is certain for another joint.
     """
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
@@ -394,11 +402,11 @@ def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[s
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return the rank of a name: 0 for a plain name of known words, and higher for other names."""
+    """Return how far a name is from a plain, known name: 0 for a plain name, up to 3."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]
-    two = sum(len(p.roles) == 1 for p in bare) > 1  # Unreal's calf_knee
+    two = sum(len(p.roles) == 1 for p in bare) > 1  # such as Unreal's calf_knee
     if two or not all(bare) or any(_is_extra(p) for p in bare):
         return 2
     return int(any(p.has("second") for p in bare))

@@ -26,7 +26,7 @@ ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 
 _Value = TypeVar("_Value")
 DEFAULT_WORDS = Path(__file__).with_name("joint_names.toml")
-_KANA_MARKS = "\u3099\u309a"  # か with a mark is が, a different letter
+_KANA_MARKS = "\u3099\u309a"  # a mark changes か into が, a different letter
 _PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
 _MARKS = (
     "sided",
@@ -51,21 +51,21 @@ class JointName:
     Attributes
     ----------
     side
-        'Left', 'Right' or ''.
+        'Left', 'Right', or '' if unknown.
     stem
         The name without side and number, in lower-case letters, without accents.
     number
         The digits of the name.
     roles
-        The ROLES that the word can mean, the most likely first; () if there are none.
+        The ROLES that the name can mean, most likely first.
     helper
         True if the joint only distributes the twist of its bone.
     other
-        True if the joint is part of the head or hand, or of a prop, and so never of an arm or leg.
+        True for a part of the head or hand, or of a prop, which belongs to no arm or leg.
     trunk
-        True if the joint is the pelvis, spine or neck.
+        True for the pelvis, the spine and the neck.
     word
-        The word that has this meaning.
+        The word in the name that has this meaning.
     """
 
     side: str
@@ -79,36 +79,48 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """True for a joint that is part of the head or hand, or of a prop."""
+        """Return True for a part of the head or hand, or of a prop."""
         return self.other
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a word. For the fields, see `joint_names.toml`."""
+    """The meaning of a word.
+
+    Attributes
+    ----------
+    side
+        'Left', 'Right', or '' if the word means no side.
+    roles
+        The ROLES that the word can mean, most likely first.
+    marks
+        Further properties, such as 'sided' or 'other'. `joint_names.toml` explains them.
+    """
 
     side: str = ""
     roles: tuple[str, ...] = ()
-    marks: frozenset[str] = frozenset()  # 'sided', 'other', …
+    marks: frozenset[str] = frozenset()
 
     def joined(self, other: Meaning) -> Meaning:
-        """Return the union of this meaning and another meaning of the same word."""
+        """Return the union of two meanings of the same word."""
         roles = tuple(dict.fromkeys(self.roles + other.roles))
         return Meaning(self.side or other.side, roles, self.marks | other.marks)
 
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words, in the form that `folded` returns, with their meanings.
+    """Words and their meanings.
 
     Attributes
     ----------
+    words
+        Meanings, keyed by word in the form that :func:`folded` returns.
     pairs
         Words for left and right that mean a side only in mirrored names.
     languages
         Vocabularies whose words are used only if the whole skeleton is named in that language.
     joints
-        The user's meanings of single joints, keyed by their full names.
+        The user's meanings of single joints, keyed by joint name.
     """
 
     words: Mapping[str, Meaning]
@@ -117,7 +129,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary of these words and of all further words of `other`."""
+        """Return a vocabulary of these words and of the words that only `other` has."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -127,18 +139,18 @@ class Vocabulary:
 
     @cached_property
     def with_languages(self) -> tuple[Vocabulary, ...]:
-        """Return this vocabulary combined with each of its languages in turn."""
+        """Return, for each language, this vocabulary extended by the language's words."""
         return tuple(language.over(self) for language in self.languages)
 
     @cached_property
     def longest(self) -> int:
-        """Return the number of letters in the longest word."""
+        """Return the number of characters of the longest word."""
         return max(map(len, self.words), default=0)
 
 
 @cache
 def default_vocabulary() -> Vocabulary:
-    """Return the words of `joint_names.toml`, loaded quickly from `known_words.py`."""
+    """Return the vocabulary of `joint_names.toml`, loaded quickly from `known_words.py`."""
     from twistcore.skeleton.known_words import VOCABULARIES
 
     common, *languages = (Vocabulary(_meanings(groups), pairs) for groups, pairs in VOCABULARIES)
@@ -154,15 +166,12 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return the words parsed from `joint_names.toml`.
-
-    This is slower than :func:`default_vocabulary`.
-    """
+    """Return the vocabulary parsed from `joint_names.toml`, which takes longer."""
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
-    """Return the words in a user's file, added to the default words.
+    """Read the user's file of words and add its words to the default vocabulary.
 
     Raises TwistError or FormatError if the file is damaged.
     """
@@ -170,9 +179,9 @@ def read_vocabulary(path: Path) -> Vocabulary:
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check a user's file of words.
+    """Read and check the user's file of words. Return the parsed TOML document.
 
-    Raises the same errors as :func:`read_vocabulary`.
+    Raises TwistError or FormatError if the file is damaged.
     """
     data = bytes_of(path)
     with saying(path):
@@ -185,17 +194,17 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """Return the words of a parsed file, added to the default words.
+    """Return the default vocabulary, extended by the words of a parsed file.
 
-    Raises FormatError if they are damaged.
+    Raises FormatError if a word or a meaning is invalid.
     """
     return _vocabulary(words).over(default_vocabulary())
 
 
 class _WordsError(FormatError):
-    """Raised for an error in a file of words.
+    """An error in a file of words.
 
-    `at` are words in the faulty line or near it, with which the line number is found.
+    `at` contains words in or above the faulty line, by which the line is found.
     """
 
     def __init__(self, message: str, *at: str) -> None:
@@ -204,9 +213,9 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Search for the words in order; return the line of the last one, such as 'line 7: '.
+    """Return the number of the faulty line as 'line 7: ', or '' if it is not found.
 
-    If a word is missing, return an empty text.
+    The words of `at` are searched for in order. The last one is in the faulty line.
     """
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
@@ -219,7 +228,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Return a word in lower case, without accents, and with half-width letters."""
+    """Return a word in lower case, without accents, in half-width letters."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -228,7 +237,7 @@ def folded(word: str) -> str:
 
 
 def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
-    """Return the vocabulary in a parsed document. Raises FormatError if it is damaged."""
+    """Return the vocabulary in a parsed document. Raises FormatError if it is invalid."""
     words: dict[str, Meaning] = {}
     pairs: list[tuple[str, str]] = []
     languages: list[Vocabulary] = []
@@ -280,9 +289,9 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Apply `check` to a value of a table in the file.
+    """Return a value of a table after `check` has converted it.
 
-    Raises _WordsError with the position if the check fails.
+    Raises _WordsError, which knows the place in the file, if the check fails.
     """
     try:
         return check(value, key)
@@ -309,14 +318,14 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase as one word, as it is stored in a vocabulary."""
+    """Return a phrase as one word, in the form in which the vocabulary stores it."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """Return a phrase without 'left' or 'right' at its ends, as users may enter a full name."""
+    """Return a phrase without 'left' or 'right' at its ends. Users may enter a full name."""
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -330,13 +339,13 @@ def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
 
 
 def _as_said(said: Any, name: str) -> JointName:
-    return joint_as_said(name, text(said, name))
+    return parse_joint_meaning(name, text(said, name))
 
 
-def joint_as_said(name: str, said: str) -> JointName:
-    """Return the meaning of the user's word for a joint: 'left hand', 'helper', 'unknown' etc.
+def parse_joint_meaning(name: str, said: str) -> JointName:
+    """Return the meaning of the user's words for a joint: 'left hand', 'helper', 'unknown' etc.
 
-    Raises FormatError for any other word.
+    Raises FormatError if the words have no meaning.
     """
     words = said.casefold().split()
     side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""

@@ -1,4 +1,4 @@
-"""Split a joint's name into words, in any script."""
+"""Split joint names into words, in any script."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ import unicodedata
 from collections.abc import Sequence
 from contextlib import suppress
 
-_WORDS = 12  # number of words read from either end of a name; no rig has longer names
-# Shift-JIS, Windows' Chinese, Korean and Cyrillic encodings, and latin-1, which accepts any byte.
+_WORDS = 12  # maximum number of words read from each end of a name; rigs have shorter names
+# Shift-JIS, the Chinese, Korean and Cyrillic encodings of Windows, and latin-1, which accepts any
+# byte.
 _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words in a name: runs of letters or of digits.
+    """Return the words in a name, which are runs of letters or of digits.
 
-    Namespaces, paths and brackets are left out.
+    Namespaces, paths and text in brackets are left out.
     """
     plain = "".join(
         c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
@@ -37,7 +38,7 @@ def _runs(name: str) -> list[str]:
         if now == "":
             pass
         elif now == kind or (kind, now) == ("upper", "lower"):
-            if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # LHip
+            if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # such as LHip
                 capitals = words.pop()
                 before = capitals[:-1]
                 words += before if _is_side_and_letter(before) else [before]
@@ -51,7 +52,7 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """True if two capitals before a word are a side and an initial, as in LUArm and RFArm."""
+    """Return True if two capitals are a side and an initial, as in LUArm and RFArm."""
     return len(capitals) == 2 and capitals[0] in "LR"
 
 
@@ -63,15 +64,15 @@ def _kind(c: str) -> str:
     if c.islower():
         return "lower"
     if c.isalpha():
-        return "letter"  # in a script without case
+        return "letter"  # of a script without case
     return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
 
 
 def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the names, decoded in each encoding in which they may have been written.
+    """Return the names decoded in each possible encoding.
 
-    A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
-    without such bytes are returned unchanged.
+    A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). If
+    there is none, the names are returned unchanged.
     """
     if not any(_is_byte(c) for name in names if not name.isascii() for c in name):
         return [tuple(names)]

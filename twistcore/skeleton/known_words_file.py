@@ -29,7 +29,7 @@ _Pairs: TypeAlias = "tuple[tuple[str, str], ...]"
 
 # fmt: off
 VOCABULARIES: tuple[tuple[_Groups, _Pairs], ...] = ("""
-_WIDTH, _WIDTH_OF_SIGNS = 80, 40  # letters per line; Chinese characters are twice as wide
+_WIDTH, _WIDTH_OF_SIGNS = 80, 40  # characters per line; Chinese characters are twice as wide
 
 
 def known_words() -> str:

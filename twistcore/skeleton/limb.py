@@ -1,6 +1,7 @@
-"""Limbs of three joints. A limb flip turns a limb about the line from its first joint to its end.
+"""Find limbs: whole arms and legs of three joints.
 
-The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
+A limb flip turns a limb about the line from its first joint to its end. The angle of the middle
+joint about that line is called *swivel angle* in inverse kinematics.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from twistcore.skeleton.body import lower_pair
-from twistcore.skeleton.chain import Chain, find_chains, limbs
+from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, rotate
 from twistcore.work.frozen import dataclass
@@ -19,21 +20,22 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-_SHORTEST = 0.3  # share of the other bone; a limb with a shorter bone has no knee or elbow
+# Share of the longer bone. If a bone is shorter, the middle joint is no knee or elbow.
+_SHORTEST = 0.3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Limb(Chain):
-    """A whole limb: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+    """A whole leg or arm: hip P, knee C and ankle E, or shoulder P, elbow C and wrist E.
 
-    The errors of a limb turn about the line from P to E, not about the bone from P to C.
+    A limb flip turns the limb about the line from P to E, not about the bone from P to C.
 
     Parameters
     ----------
     name : str
-        Names of P and E, such as 'LeftUpLeg-LeftFoot'. (A chain is named after P alone.)
+        Names of P and E, such as 'LeftUpLeg-LeftFoot', while a chain has the name of P.
     parent, child, grandchild : int
-        Joint indices of P, C and E.
+        Indices of P, C and E.
     axis, arm, side, segment, warnings, pieces, ends, person
         The same as in :class:`Chain`.
 
@@ -50,56 +52,55 @@ class Limb(Chain):
 
     @property
     def end(self) -> int:
-        """Return E, the joint whose position a flip does not change."""
+        """Return the index of E, which keeps its position in a flip."""
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return the joints that a flip or its correction changes: P, and E unless it was carried.
+        """Return the joints whose local rotation a flip or its correction changes: P and E.
 
-        The local rotation of C does not change.
+        `carried` is True if E turned with the limb. In this case only P changes.
         """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def part(self) -> str:
-        """Return the name of the limb, such as 'Left arm', or its joints' names if unknown."""
+        """Return the limb's name, such as 'Left arm', or the names of its joints if unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return a label that differs clearly from a chain's, such as 'Right leg · limb'."""
+        """Return a label that differs from a chain's, such as 'Right leg · limb'."""
         return f"{self.label} · limb"
 
     @property
     def middle_word(self) -> str:
-        """Return the usual word for C: 'knee', 'elbow', or 'middle joint' if unknown."""
+        """Return the word for the middle joint: 'knee', 'elbow', or 'middle joint' if unknown."""
         return _MIDDLES.get(self.segment, "middle joint")
 
     @property
     def end_word(self) -> str:
-        """Return the usual word for E and its children: 'foot', 'hand' or 'end'."""
+        """Return the word for the part below the limb: 'foot', 'hand', or 'end' if unknown."""
         return _ENDS.get(self.segment, "end")
 
 
 def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
     """Find the arms and legs of a clip, by names or by the shape of the skeleton.
 
-    Without known names, a limb consists of the two neighbouring bones with the largest total length
-    in a line of joints. A limb ends in a joint, its bones have similar lengths, and the pieces of a
-    bone count as one.
+    A limb has two bones of similar lengths, and the pieces of a bone count as one bone. In a line
+    of joints without known names, the limb is the longest pair of neighbouring bones.
 
     Parameters
     ----------
     clip : Clip or Motion
         The clip to search.
     chains : sequence of Chain, optional
-        The chains of the limbs; :func:`find_chains` of the clip if not given.
+        The chains of the limbs. By default, :func:`find_chains` of the clip.
 
     Returns
     -------
     tuple of Limb
-        In the order of the chains; empty if there is none.
+        The limbs, in the order of the chains. Empty if there is none.
 
     Raises
     ------
@@ -116,12 +117,12 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
     motion = motion_of(clip)
     chains = find_chains(motion) if chains is None else chains
     found = []
-    for line in limbs(motion.skeleton, chains):
+    for line in chains_by_limb(motion.skeleton, chains):
         own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [own[lower_pair([sum(bones(motion, c)) for c in own])]]
+            own = [own[lower_pair([sum(bone_lengths(motion, c)) for c in own])]]
         found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
@@ -129,14 +130,14 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Yield chains from P through C to E, each over two successive whole bones.
+    """Yield, for each pair of successive bones of a limb, a chain of their three joints.
 
-    `line` are the chains of one limb.
+    A bone that is divided into pieces counts as one. `line` contains the limb's chains.
     """
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
     for chain in line:
-        if chain.parent in inner:  # not the first piece of a bone
+        if chain.parent in inner:  # it is not the first piece of its bone
             continue
         last = _last_piece(chain, by_parent)
         below = by_parent.get(last.child)
@@ -146,39 +147,41 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """Return the chain of the last piece of a bone, given the chain of its first piece."""
+    """Return the chain of a bone's last piece, given the chain of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain
 
 
 def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
-    """Return the joints from `above` (excluded) down to its descendant `below`."""
+    """Return the joints on the path from `above` (excluded) down to its descendant `below`."""
     out = [below]
     while (joint := int(skeleton.parents[out[-1]])) != above:
         out.append(joint)
     return tuple(out[::-1])
 
 
-def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
-    """Return the positions of C and E relative to P, each (frames, 3), in the file's unit.
+def limb_positions(motion: Motion, limb: Limb) -> tuple[Array, Array]:
+    """Return the positions of the limb's middle joint and end relative to its first joint.
 
-    The positions are in the frame of P's parent.
+    Both have the shape (frames, 3), in the file's unit and in the coordinates of the first joint's
+    parent.
     """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)
-    to_end = along(motion, lower)
-    to_child = along(motion, upper)
+    to_end = path_position(motion, lower)
+    to_child = path_position(motion, upper)
     for joint in upper[::-1]:
         to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
     hip = motion.rotations[:, limb.parent]
     return rotate(hip, to_child), rotate(hip, to_end)
 
 
-def along(motion: Motion, joints: Sequence[int]) -> Array:
-    """Return the last joint's position in the frame of the first joint's parent, (frames, 3).
+def path_position(motion: Motion, joints: Sequence[int]) -> Array:
+    """Return the position of a path's last joint, (frames, 3), in the file's unit.
 
-    `joints` is a path down the hierarchy.
+    The position is relative to the parent of the first joint, in the parent's coordinates. `joints`
+    is a path down the hierarchy.
     """
     place = np.zeros((motion.frames, 3))
     for joint in joints[::-1]:
@@ -189,15 +192,15 @@ def along(motion: Motion, joints: Sequence[int]) -> Array:
 
 
 def as_limb(motion: Motion, chain: Chain) -> Limb:
-    """Return the limb that consists of the three joints of a chain."""
+    """Return a chain of three joints as a limb."""
     names = motion.skeleton.names
     name = f"{names[chain.parent]}-{names[chain.grandchild]}"
     fields = {k: v for k, v in vars(chain).items() if k != "name"}
     return Limb(name=name, **fields)
 
 
-def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
-    """Return the lengths of the bones from P to C and from C to E."""
+def bone_lengths(motion: Motion, chain: Chain) -> tuple[float, float]:
+    """Return the lengths of a chain's two bones, in the file's unit."""
     upper = joint_path(motion.skeleton, chain.parent, chain.child)
     lower = joint_path(motion.skeleton, chain.child, chain.grandchild)
     return _length(motion, upper), _length(motion, lower)
@@ -208,5 +211,5 @@ def _length(motion: Motion, joints: Sequence[int]) -> float:
 
 
 def _has_two_bones(motion: Motion, chain: Chain) -> bool:
-    upper, lower = bones(motion, chain)
+    upper, lower = bone_lengths(motion, chain)
     return min(upper, lower) > _SHORTEST * max(upper, lower)

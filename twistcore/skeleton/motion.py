@@ -1,4 +1,4 @@
-"""A skeleton, its motion, and forward kinematics."""
+"""Skeletons, their motion, and forward kinematics."""
 
 from __future__ import annotations
 
@@ -17,25 +17,26 @@ from twistcore.work.frozen import dataclass
 Of = TypeVar("Of")  # a motion or a skeleton
 Known = TypeVar("Known")
 
-_ELEMENTS = 1 << 16  # maximum number of rotations in a block of frames
+_ELEMENTS = 1 << 16  # maximum number of rotations that are computed in one block of frames
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Joints in file order, with every parent before its children.
+    """A hierarchy of joints in file order, in which every parent precedes its children.
 
     Parameters
     ----------
     names : tuple of str
-        Unique joint names.
+        Names of the joints, without duplicates.
     parents : ndarray of int, shape (joints,)
-        Index of the parent, −1 for a root.
+        Index of each joint's parent, or −1 for a root.
     offsets : ndarray, shape (joints, 3)
-        Offset from the parent in the parent's coordinates, (x, y, z) in the file's length unit.
+        Offset (x, y, z) of each joint from its parent, in the parent's coordinates and in the
+        file's length unit.
     ends : tuple of (int, (float, float, float))
-        End Sites: the joint that has one, and its offset.
+        For each End Site, the joint to which it belongs and its offset from that joint.
     rotatable : ndarray of bool, shape (joints,), optional
-        True for a joint with rotation channels about three axes; None if all have them.
+        True for a joint with rotation channels about three axes. None if all joints have them.
 
     Examples
     --------
@@ -63,7 +64,7 @@ class Skeleton:
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """Return the children of every joint, in file order."""
+        """Return each joint's children, in file order."""
         found: list[list[int]] = [[] for _ in self.names]
         for joint, parent in enumerate(self.parents):
             if parent >= 0:
@@ -72,15 +73,15 @@ class Skeleton:
 
     @cached_property
     def end_offsets(self) -> dict[int, Array]:
-        """Return the offset of each joint's first End Site, (3,), keyed by joint.
+        """Return the offset of each joint's first End Site, shape (3,), keyed by joint.
 
-        Joints without an End Site are missing.
+        Joints without an End Site have no entry.
         """
         return {joint: np.array(offset) for joint, offset in reversed(self.ends)}
 
     @cached_property
     def levels(self) -> tuple[NDArray[np.int64], ...]:
-        """Return joints grouped by depth, the roots first."""
+        """Return the joints grouped by depth, roots first."""
         depth = np.zeros(len(self), dtype=np.int64)
         for joint, parent in enumerate(self.parents):
             depth[joint] = depth[parent] + 1 if parent >= 0 else 0
@@ -89,7 +90,10 @@ class Skeleton:
 
     @cached_property
     def height(self) -> float:
-        """Return the largest extent of the rest pose along an axis, in the file's unit, never 0."""
+        """Return the largest extent of the rest pose along an axis, in the file's unit.
+
+        The result is 1 if all joints are at the same position.
+        """
         rest = np.zeros((len(self), 3))
         for joint, parent in enumerate(self.parents):
             rest[joint] = self.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
@@ -99,7 +103,7 @@ class Skeleton:
         return extent if extent > 0.0 else 1.0
 
     def index(self, name: str) -> int:
-        """Return the index of the joint with this name. Raises KeyError if there is none."""
+        """Return the index of the joint with this name, or raise KeyError if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -108,7 +112,7 @@ class Skeleton:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Local rotations and translations over time.
+    """A skeleton's local rotations and translations in every frame.
 
     Parameters
     ----------
@@ -117,13 +121,13 @@ class Motion:
     rotations : ndarray, shape (frames, joints, 4)
         Unit quaternions (w, x, y, z) that convert a joint's coordinates to its parent's.
     positioned : tuple of int
-        The joints whose translation comes from position channels.
+        Indices of the joints that have position channels.
     positions : ndarray, shape (frames, len(positioned), 3)
-        The translations of these joints, (x, y, z) in the file's length unit.
+        Translations (x, y, z) of these joints, in the file's length unit.
     frame_time : float
         Seconds from one frame to the next.
     angle_step : float
-        Step of rounded angles in the file, radians; 0 if it is too fine to matter.
+        Step to which the file's angles are rounded, in radians. 0 if it is too fine to matter.
 
     Examples
     --------
@@ -152,17 +156,17 @@ class Motion:
 
     @property
     def fps(self) -> float:
-        """Return the frames per second."""
+        """Return the number of frames per second."""
         return 1.0 / self.frame_time
 
     @property
     def duration(self) -> float:
-        """Return the length in seconds: the number of frames times the frame time."""
+        """Return the duration in seconds, which is the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
     def times(self) -> Array:
-        """Return the time of each frame in seconds from the first frame, (frames,)."""
+        """Return the time of each frame in seconds, counted from the first frame, (frames,)."""
         return np.arange(self.frames, dtype=np.float64) * self.frame_time
 
     @cached_property
@@ -170,9 +174,9 @@ class Motion:
         return {joint: place for place, joint in enumerate(self.positioned)}
 
     def translation(self, joint: int) -> Array:
-        """Return a joint's translation from its parent.
+        """Return a joint's translation from its parent, in the file's unit.
 
-        The shape is (3,) if it comes from OFFSET, (frames, 3) if it comes from channels.
+        The shape is (frames, 3) for a joint with position channels, and (3,) for others.
         """
         if (place := self._places.get(joint)) is not None:
             return self.positions[:, place]
@@ -180,7 +184,7 @@ class Motion:
         return offset
 
     def with_rotations(self, rotations: Array) -> Motion:
-        """Return a copy of the motion with other local rotations, shape (frames, joints, 4)."""
+        """Return a copy with other local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
     def at(self, frames: NDArray[np.intp]) -> Motion:
@@ -195,7 +199,7 @@ class Motion:
 
 
 class HasMotion(Protocol):
-    """A clip, or any other object that has a motion."""
+    """A clip, or any other object with a motion."""
 
     @property
     def motion(self) -> Motion:
@@ -204,18 +208,21 @@ class HasMotion(Protocol):
 
 
 def motion_of(clip: Motion | HasMotion) -> Motion:
-    """Return the motion of a clip, or the motion itself. Raises TypeError for anything else."""
+    """Return the motion of a clip or, for a motion, the motion itself.
+
+    Raises TypeError for anything else.
+    """
     motion = clip if isinstance(clip, Motion) else getattr(clip, "motion", None)
     if isinstance(motion, Motion):
         return motion
     raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
 
 
-def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
-    """Cache a function's result for each motion or skeleton during the lifetime of that object.
+def cache_per_object(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
+    """Cache a function's result for each motion or skeleton, as long as that object exists.
 
-    Each call returns the same result, so callers must not change it. The result must not refer to
-    the motion or skeleton, because then neither would ever be released.
+    Callers share the result, so they must not change it. The result must not refer to the motion or
+    skeleton, because then neither would ever be released.
     """
     known: WeakKeyDictionary[Of, Known] = WeakKeyDictionary()
 
@@ -230,7 +237,7 @@ def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """Raise TypeError for anything but a motion. For a clip, the message suggests `clip.motion`."""
+    """Raise TypeError if `thing` is not a motion. For a clip, the message suggests `.motion`."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
         its = "; use its .motion" if inside else ""
@@ -238,13 +245,21 @@ def check_motion(thing: object) -> None:
 
 
 def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
-    """Return global rotations (frames, joints, 4) and positions (frames, joints, 3)."""
+    """Return the global rotations and positions of all joints.
+
+    Returns
+    -------
+    rotations : ndarray, shape (frames, joints, 4)
+        Unit quaternions (w, x, y, z) that convert a joint's coordinates to global ones.
+    positions : ndarray, shape (frames, joints, 3)
+        Positions (x, y, z), in the file's length unit.
+    """
     joints = len(motion.skeleton)
     positions = np.empty((motion.frames, joints, 3))
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
-    # Blocks of frames, with components and joints as leading axes: all steps use contiguous frames
-    # that are still in the cache.
+    # Frames are processed in blocks that fit into the processor's cache. Frames are the last axis,
+    # so that all operations use contiguous memory.
     step = max(64, _ELEMENTS // max(joints, 1))
     for a in range(0, motion.frames, step):
         q = np.ascontiguousarray(motion.rotations[a : a + step].transpose(2, 1, 0))
@@ -260,10 +275,16 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 
 
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
-    """Convert local to global values, in place, for the joints of one level of the hierarchy.
+    """Convert local values to global ones, in place, for the joints of one level of the hierarchy.
 
-    `q` has the shape (4, joints, n), and `p` has the shape (3, joints, n). `above` are the indices
-    of the parents.
+    Parameters
+    ----------
+    q
+        Rotations, shape (4, joints, frames).
+    p
+        Positions, shape (3, joints, frames).
+    level, above
+        Indices of the joints and of their parents.
     """
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]
@@ -272,7 +293,7 @@ def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int
     q[2, level] = aw * by - ax * bz + ay * bw + az * bx
     q[3, level] = aw * bz + ax * by - ay * bx + az * bw
     px, py, pz = p[:, level]
-    # v + w·t + u × t with t = 2 u × v
+    # The rotated vector is v + w·t + u × t with t = 2 u × v.
     tx, ty, tz = ay * pz - az * py, az * px - ax * pz, ax * py - ay * px
     tx, ty, tz = tx + tx, ty + ty, tz + tz
     p[0, level] = p[0, above] + (px + aw * tx + (ay * tz - az * ty))

@@ -1,7 +1,7 @@
-"""Recognise coarsely written clips: angles in whole degrees, held frames and linear keys.
+"""Recognise coarsely written clips: rounded angles, held frames and linear keys.
 
-Artefacts of coarse notation are neither motion nor errors. The notation is recognised from the
-numbers. A clip in ordinary notation is never mistaken for a clip in a coarse one.
+Artefacts of such a coarse notation are neither motion nor errors. Only the numbers of a clip are
+used to recognise its notation. A clip in ordinary notation is never mistaken for a coarse one.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notes import Note
 from twistcore.skeleton.rotation import Array, conjugate, multiply, wrap
 from twistcore.work.frozen import dataclass
@@ -21,37 +21,42 @@ from twistcore.work.frozen import dataclass
 Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-KIND = "notation"  # kind of the notes
-# Coarse steps of written angles, degrees. Finer steps make no difference in any motion.
+KIND = "notation"  # kind of the notes about the notation
+# Steps of rounded angles that are recognised, in degrees. Finer steps make no difference.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
-MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their minimum number
-_ENOUGH = 400  # number of changed angles that is enough to recognise an ordinary clip
-_SAME = 1e-7  # degrees; a smaller difference counts as 0
-SAMPLE = 1024  # frames in the middle of a clip from which its notation is recognised
-HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # shares of repeated frames and of runs of usual length, ±1
-STILL = 3.0  # times the usual length of runs; in a longer run, the figure is still
-FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys for a pattern
-USUAL = 0.35  # quantile of the changes of pace at every n-th frame that is compared
-MOVES = 0.05  # share of the usual change of pace; below it, the figure is still between keys
-# Minimum number of frames between keys. With fewer, the pace changes in most frames, as in natural
-# motion, and the frames between two keys cannot outvote a jump among them.
+# Minimum share of angles that are multiples of the step, and minimum number of angles.
+MULTIPLES, FEWEST = 0.9, 60
+_ENOUGH = 400  # number of angles after which a clip without a step is recognised as ordinary
+# Degrees; an angle within this distance of a multiple of the step counts as a multiple.
+_SAME = 1e-7
+SAMPLE = 1024  # number of frames in the middle of a clip that are examined
+# Minimum shares of repeated frames, and of runs of the usual length ±1.
+HELD_SHARE, HELD_ALIKE = 0.4, 0.9
+STILL = 3.0  # in a run longer than this multiple of the usual length, the figure is still
+FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys that form a pattern
+USUAL = 0.35  # quantile, over possible keys, of the changes of speed in frames of the same number
+MOVES = 0.05  # share of the usual change of speed; below it, the figure is still
+# Limits of the spacing of keys, in frames. With a smaller spacing, the speed changes in most
+# frames, as in natural motion, and there are too few frames between two keys to recognise a jump
+# among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # with fewer keys per second, intervals are never corrected automatically
-BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less than this between keys
-# How far the share of every n-th frame in all changes of pace exceeds chance, 0…1. 87 captures have
-# at most 0.05, their excerpts of 30 to 200 frames 0.14, and clips with linear keys at least 0.46.
+FEWEST_A_SECOND = 7.5  # with fewer keys per second, nothing is corrected automatically
+BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less between keys
+# Minimum concentration of the changes of speed in every n-th frame: 0 by chance, 1 if all changes
+# are there. 87 captures have at most 0.05, excerpts of them of 30 to 200 frames at most 0.14, and
+# clips with linear keys at least 0.46.
 KEYED = 0.3
-UNSEEN = 3.0  # steps of written angles; a smaller error may be rounding
+UNSEEN = 3.0  # number of steps; a smaller error may be rounding
 
 
-# -- angles in steps -------------------------------------------------------------------------------
+# -- rounded angles --------------------------------------------------------------------------------
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """Return the step of a clip's written angles in radians, or 0 if it is finer than 0.1°.
+    """Return the step to which a clip's angles are rounded, in radians, or 0 if it is below 0.1°.
 
-    `angles` has one array per joint, in degrees, shape (frames, channels). Angles that are equal to
-    the previous frame are ignored, since constants such as 0 fit any step.
+    `angles` has one array per joint, in degrees, shape (frames, channels). Angles that equal those
+    of the previous frame are ignored, because constants such as 0 fit any step.
     """
     told = np.zeros(len(STEPS), dtype=np.int64)
     many = 0
@@ -80,18 +85,20 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: all frames that are not repeated, or the linear keys.
+    """The frames that determine a clip: the frames that are not repeats, or the linear keys.
+
+    These frames are called *kept frames*.
 
     Attributes
     ----------
     motion
-        The motion in these frames only, at the frame rate of these frames.
+        The motion in the kept frames, with their frame rate.
     first
         Index of each kept frame in the clip, shape (kept,).
     frames
         Number of frames of the clip.
     even
-        True if the clip interpolates linearly between these frames, False if it repeats them.
+        True if the clip interpolates linearly between kept frames, False if it repeats them.
     """
 
     motion: Motion
@@ -101,36 +108,54 @@ class DistinctFrames:
 
     @property
     def too_few(self) -> bool:
-        """True if there are too few keys per second to distinguish an error from motion."""
+        """Return True if there are too few keys per second to tell an error from motion."""
         return self.even and self.motion.fps < FEWEST_A_SECOND
 
     @property
     def smallest(self) -> float:
-        """Return the lowest τ, in radians, at which an error differs from motion between keys.
+        """Return the smallest τ, in radians, at which an error differs from motion.
 
-        The result is 0 if frames are held.
+        The result is 0 for held frames.
         """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the first frame of the clip that changes if an interval begins at a kept frame."""
+        """Return the clip's first frame that changes if the interval begins at a kept frame.
+
+        `kept` is the index of the kept frame.
+        """
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the first frame of the clip after an interval that ends before a kept frame."""
+        """Return the clip's first frame after an interval that ends before a kept frame.
+
+        `kept` is the index of the kept frame.
+        """
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
-        """Return the kept frame that a frame of the clip repeats or follows."""
+        """Return the index of the kept frame that precedes a frame of the clip or equals it."""
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
-        """Return an offset of kept frames [start, start + n) for all clip frames that it changes.
+        """Extend an offset from kept frames to all frames of the clip that it changes.
 
-        The offset is in radians. In held frames it stays the same. Between linear keys it rises
-        linearly from 0 at the previous key and falls to 0 at the next key.
+        In held frames, the offset stays the same. Between linear keys, it is interpolated, from 0
+        at the key before the interval to 0 at the key after it.
+
+        Parameters
+        ----------
+        start
+            Index of the first kept frame of the interval.
+        offset
+            Offset in the interval's kept frames, radians, shape (kept frames,).
+
+        Returns
+        -------
+        ndarray, shape (frames of the clip,)
+            The offset in radians, in frames from :meth:`begin` to :meth:`end`.
         """
         stop = start + len(offset)
         if not self.even:
@@ -146,12 +171,12 @@ class DistinctFrames:
 # -- held frames -----------------------------------------------------------------------------------
 
 
-@once_each
+@cache_per_object
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without regularly repeated frames, or None if most are not repeated.
+    """Return the motion without regularly repeated frames, or None if frames are not repeated.
 
-    A frame that differs in any way from the previous one is kept, so that an error begins in the
-    right frame. While the figure is still, the frames that fit the pattern are kept.
+    A frame that differs at all from the previous one is kept, so that an error begins in the right
+    frame. While the figure is still, frames are kept at the usual spacing.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -171,13 +196,19 @@ def without_held(motion: Motion) -> DistinctFrames | None:
 
 
 def _run_starts(rotations: Array) -> Frames:
-    """Return the first frame of each run of equal frames, and finally the end, (runs + 1,)."""
+    """Return the first frame of each run of equal frames, followed by the number of frames.
+
+    The shape is (runs + 1,).
+    """
     differs = (rotations[1:] != rotations[:-1]).any(axis=(1, 2))
     return np.concatenate([[0], np.flatnonzero(differs) + 1, [len(rotations)]]).astype(np.intp)
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of runs of equal frames, or None if there is no pattern."""
+    """Return the usual length of runs of equal frames, or None if there is no pattern.
+
+    `starts` comes from :func:`_run_starts`.
+    """
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
@@ -195,7 +226,7 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys at every `spacing`-th frame, beginning with frame `first`."""
+    """Linear keys in every `spacing`-th frame, beginning with frame `first`."""
 
     spacing: int
     first: int
@@ -206,7 +237,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion reduced to its keys. The first frame always counts as a key."""
+        """Return the motion in its keys only. The first frame always counts as a key."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -214,13 +245,14 @@ class Keys:
         return DistinctFrames(own, first, motion.frames, even=True)
 
 
-@once_each
+@cache_per_object
 def linear_keys(motion: Motion) -> Keys | None:
-    """Return the keys between which all joints turn at a constant speed, or None without keys.
+    """Return the keys between which all joints turn at constant speed, or None if there are none.
 
-    The speed of the joints changes at keys and hardly changes between them. If the frames are
-    numbered modulo n, nearly all changes of speed are in frames with the same number. Since many
-    keys are compared, errors, cuts and a rest pose at the start have little influence.
+    The speed of the joints changes at keys and hardly changes between them. If the keys are n
+    frames apart and the frames are numbered modulo n, nearly all changes of speed have the same
+    number. Because many keys are compared, errors, cuts and a rest pose at the start have little
+    influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]
@@ -241,7 +273,7 @@ def linear_keys(motion: Motion) -> Keys | None:
         rows = rows[rows.mean(axis=1) > MOVES]
         if len(rows) < FEWEST_KEYS:
             continue
-        # A quantile below the median is low if only every other row has a key.
+        # If only every other row has a key, a quantile below the median is low.
         folded = np.sort(rows, axis=0)[int(USUAL * len(rows))]
         most = int(folded.argmax())
         share = (folded[most] / max(float(folded.sum()), 1e-12) - 1.0 / spacing) * (
@@ -252,11 +284,11 @@ def linear_keys(motion: Motion) -> Keys | None:
     return found if found is not None and found.spacing >= LEAST_BETWEEN else None
 
 
-# -- sentences -------------------------------------------------------------------------------------
+# -- notes -----------------------------------------------------------------------------------------
 
 
 def notation_notes(motion: Motion) -> tuple[Note, ...]:
-    """Return sentences about the notations that were recognised."""
+    """Return notes about the notations that were recognised."""
     said = []
     if motion.angle_step:
         step = math.degrees(motion.angle_step)

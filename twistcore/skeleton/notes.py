@@ -1,22 +1,30 @@
-"""Notes about an analysed clip: sentences that each command shows once."""
+"""Notes about an analysed clip, which each command shows once."""
 
 from __future__ import annotations
 
 from twistcore.work.frozen import dataclass
 
-NOT_EXAMINED = "not examined"  # about the whole clip
-UNEXAMINED = "unexamined"  # about a limb, or about some frames
-CONSTANT_OFFSET = "constant offset"  # a bone that is turned against its child in every frame
+NOT_EXAMINED = "not examined"  # the whole clip was not examined
+UNEXAMINED = "unexamined"  # a limb or some frames were not examined
+CONSTANT_OFFSET = "constant offset"  # a bone is turned against its child in every frame
 NOISE = "noise burst"
-SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
-FROZEN = "frozen"  # limbs that do not move at all for a while
-UNSEARCHED = "unsearched"  # frames without a search for soft errors, because there were too many
-RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
+SMOOTHED = "smoothed"  # joints lose their fine movement for a while
+FROZEN = "frozen"  # limbs do not move at all for a while
+UNSEARCHED = "unsearched"  # soft errors were not searched for, because the clip has too many frames
+RESTLESS_CLIP = "restless"  # the clip has too many lone jumps for any interval to be certain
 
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip. `kind` is a short word for the subject of the note."""
+    """A sentence about a clip.
+
+    Attributes
+    ----------
+    kind
+        A short word for the subject, such as 'frozen'.
+    text
+        The sentence.
+    """
 
     kind: str
     text: str

@@ -1,27 +1,31 @@
-"""The user's words for joints, given with `--joint-names`."""
+"""Apply the user's words for joints, which come from `--joint-names`."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from twistcore.skeleton.joint_names import own_names, vocabulary_of
+from twistcore.skeleton.joint_names import reinterpreted_names, vocabulary_of
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with the user's words for joints. Names in the rig have priority.
+    """Return a rig to which the user's words for joints are added. The rig's names have priority.
 
-    `words` come from :func:`twistcore.skeleton.joint_names.read_words`, or are None.
+    `words` comes from :func:`twistcore.skeleton.joint_names.read_words`, or is None.
     """
     if words is None:
         return rig
     vocabulary, every = vocabulary_of(words), motion.skeleton.names
-    names = {j: said for j, said in own_names(every, vocabulary).items() if j in vocabulary.joints}
+    names = {
+        j: said
+        for j, said in reinterpreted_names(every, vocabulary).items()
+        if j in vocabulary.joints
+    }
     for person in find_people(motion.skeleton):
-        said = own_names(person.words, vocabulary)
+        said = reinterpreted_names(person.words, vocabulary)
         of_person = zip(person.joints, person.words, strict=True)
         names |= {every[joint]: said[word] for joint, word in of_person if word in said}
     return rig.with_names({**names, **rig.names})

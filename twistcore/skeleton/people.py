@@ -1,8 +1,8 @@
 """Find the people in a skeleton, with their joints and names.
 
-People are siblings in the hierarchy: they have separate roots or a common parent joint, and the
-same limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the rest of the
-name (`P1_Hips`, `Hips_B`), or by the number that a reader adds to a duplicate name (`Hips #2`).
+People have separate roots or a common parent joint, and they have the same limbs. Their joint names
+differ by a namespace (`A:Hips`), by words before or after the rest of the name (`P1_Hips`,
+`Hips_B`), or by the number that a reader adds to a duplicate name (`Hips #2`).
 """
 
 from __future__ import annotations
@@ -11,40 +11,43 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from twistcore.skeleton.joint_names import JointName, understood
-from twistcore.skeleton.motion import Skeleton, once_each
+from twistcore.skeleton.joint_names import JointName, interpret_names
+from twistcore.skeleton.motion import Skeleton, cache_per_object
 from twistcore.work.frozen import dataclass
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
-_NUMBERED = re.compile(r"(.+) #([0-9]+)")  # the names that readers give to duplicates
+# A name to which a reader added a number, because it was a duplicate.
+_NUMBERED = re.compile(r"(.+) #([0-9]+)")
 _BREAKS = " _-.:|"
 _SIDES = frozenset(("l", "r", "left", "right"))
-_MOST = 0.6  # minimum share of a person's joints whose names contain the person's word
-# For a person whose hands and feet have unknown names:
+# Minimum share of a person's joints whose names contain the part that identifies the person.
+_MOST = 0.6
+# Limits for a figure whose hands and feet have unknown names:
 _FEWEST = 8  # minimum number of joints
-_LINES, _LONG = (
-    3,
-    3,
-)  # minimum number of lines of joints that begin at two joints or more; a cape's begin at one
-_ALIKE = 0.7  # minimum share of words in common with another person below the same joint
-_EVERY = 0.9  # minimum share of the skeleton's joints that such people have together
+# Minimum number of lines of joints that begin at two joints or more, and minimum length of a line.
+# The lines of a cape begin at one joint.
+_LINES, _LONG = 3, 3
+_ALIKE = 0.7  # minimum share of joint names in common with another figure below the same joint
+_EVERY = 0.9  # minimum share of the skeleton's joints that all such figures have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # minimum number of joints of a limb
 _LEVELS = 5  # number of branching levels below the roots in which people are searched for
-_CROWD = 50  # maximum number of people in a file; damaged files have more
-_LATEST = 8  # maximum number of people to whom another limb may belong
+_CROWD = 50  # maximum number of people; damaged files seem to have more
+_LATEST = 8  # another limb may belong to one of this many people found last
 
 
 @dataclass(frozen=True)
 class Person:
-    """One of the people in a skeleton. `name` is '' if there is only one.
+    """One of the people in a skeleton.
 
     Attributes
     ----------
+    name
+        Name of the person, or '' if there is only one.
     joints
         Indices of the person's joints, in file order.
     words
-        The joints' names, in the same order, without the part that identifies the person.
+        Names of these joints, without the part that identifies the person.
     """
 
     name: str
@@ -54,7 +57,17 @@ class Person:
 
 @dataclass(frozen=True)
 class _Mark:
-    """The part of joint names that distinguishes a person from others, '' if there is none."""
+    """The parts of joint names that identify a person. Each is '' if there is none.
+
+    Attributes
+    ----------
+    namespace
+        The part before a colon.
+    affix
+        Words at the beginning or end of the names.
+    number
+        The number that a reader added to duplicate names.
+    """
 
     namespace: str = ""
     affix: str = ""
@@ -63,14 +76,20 @@ class _Mark:
 
 @dataclass(frozen=True)
 class _Top:
-    """A joint and all joints below it.
+    """A joint with its subtree, which is a person or a part of one.
 
     Attributes
     ----------
+    joint
+        Index of the topmost joint.
+    joints
+        Indices of all joints of the subtree.
+    mark
+        The parts of the names that identify the person.
     words
-        These joints' names without the person's mark.
+        Names of the joints, without the mark.
     limbs
-        (side, 'hand' or 'foot') of each limb whose end has a known name.
+        Limbs whose end has a known name, as (side, 'hand' or 'foot').
     """
 
     joint: int
@@ -80,12 +99,13 @@ class _Top:
     limbs: frozenset[tuple[str, str]]
 
 
-@once_each
+@cache_per_object
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     """Return the people in a skeleton, in file order. A single person has the name ''.
 
-    Two sibling joints begin two people if both have a limb of the same kind and side. If no hand or
-    foot has a known name, both must be whole figures, that is, roots or joints with similar names.
+    Two sibling joints begin two people if both subtrees have the same limb, such as a left arm. If
+    the hands and feet have unknown names, both subtrees must look like a whole figure, and they
+    must begin at roots or have similar joint names.
     """
     roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
     groups = _split(skeleton, roots, _sizes(skeleton))
@@ -95,7 +115,7 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     for name, tops in zip(_person_names(groups), groups, strict=True):
         own = {j: word for top in tops for j, word in zip(top.joints, top.words, strict=True)}
         above = int(skeleton.parents[tops[0].joint])
-        if len(tops) > 1 and above >= 0:  # the hips, with another person below them
+        if len(tops) > 1 and above >= 0:  # these are the hips, with another person below them
             own[above] = skeleton.names[above]
         joints = tuple(sorted(own))
         people.append(Person(name, joints, tuple(own[j] for j in joints)))
@@ -103,14 +123,13 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
 
 
 def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
-    """Return the meaning of each joint's name, read without the part that identifies the person.
+    """Return the meaning of each joint's name, without the part that identifies the person.
 
-    Joints that are ancestors of several people belong to no person, and their names are read as
-    written.
+    Joints above several people belong to no person. Their names have no meaning.
     """
     names = [JointName("", "", "")] * len(skeleton)
     for person in people:
-        for joint, name in zip(person.joints, understood(person.words), strict=True):
+        for joint, name in zip(person.joints, interpret_names(person.words), strict=True):
             names[joint] = name
     return names
 
@@ -121,7 +140,7 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """Split sibling joints and their subtrees into people, each given as a list of tops.
+    """Split sibling joints and their subtrees into people, each a list of tops.
 
     The result is empty if there are fewer than two people.
     """
@@ -143,10 +162,10 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by their limbs.
+    """Group tops into people by their limbs, or return [] if no limb occurs twice.
 
-    Tops with the same mark and different limbs are one person. A top with a single limb next to a
-    person is a person of its own only if it is a root.
+    Tops with the same mark and different limbs belong to one person. A top with a single limb is a
+    person only if it is a root.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -171,9 +190,9 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return the people among figures whose hands and feet have unknown names.
+    """Return the people whose hands and feet have unknown names, or [] if there are fewer than two.
 
-    The figures must be roots or have similar names.
+    Each must look like a whole figure, and they must be roots or have similar joint names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
@@ -184,7 +203,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines begin at two or more joints, such as hips and chest."""
+    """Return True if long lines begin at two or more joints of a top, such as hips and chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -200,7 +219,7 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the share of words that two tops have in common."""
+    """Return the share of joint names that two tops have in common, 0…1."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
@@ -210,7 +229,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
-        _Top(joint, joints, mark, words, _limbs(skeleton, joints, understood(words)))
+        _Top(joint, joints, mark, words, _limbs(skeleton, joints, interpret_names(words)))
         for joint, joints, (mark, words) in zip(begin, below, marks, strict=True)
     ]
 
@@ -218,8 +237,9 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Return hands and feet with two joints of their side above them, as (side, kind)."""
-    above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, keyed by side
+    """Return each hand or foot with two joints of its side above it, as (side, part)."""
+    # Number of joints of each side on the path from the top, keyed by joint.
+    above: dict[int, Counter[str]] = {-1: Counter()}
     found = set()
     for joint, name in zip(joints, names, strict=True):
         sides = above.get(int(skeleton.parents[joint]), above[-1])
@@ -231,7 +251,7 @@ def _limbs(
 
 
 def _sizes(skeleton: Skeleton) -> list[int]:
-    """Return the number of joints in each joint's subtree, including the joint."""
+    """Return the number of joints in each joint's subtree, which includes the joint."""
     sizes = [1] * len(skeleton)
     for joint in reversed(range(len(sizes))):
         if (parent := int(skeleton.parents[joint])) >= 0:
@@ -251,7 +271,7 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return each person's name: the mark, the first joint's name, or a number."""
+    """Return each person's name: the mark, or else the first joint's name or a number."""
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -269,9 +289,9 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the name that precedes another one: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
+    """Return the name that precedes another one: 'A' before 'B', '1' before '2', 'P1' before 'P2'.
 
-    The result is '' if there is no such name or if `names` contains it.
+    The result is '' if there is no such name, or if `names` already contains it.
     """
     found = ""
     if len(name) == 1 and name.isalpha():
@@ -284,7 +304,7 @@ def _before(name: str, names: Sequence[str]) -> str:
 
 
 def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
-    """Return for each group the mark that distinguishes it, and its names without the mark."""
+    """Return, for each group of joint names, its mark and its names without the mark."""
     spaces, numbers, bare = [], [], []
     for group in names:
         parts = [_NUMBERED.fullmatch(name) for name in group]
@@ -314,15 +334,15 @@ def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]
 
 
 def _of_most(values: Sequence[str]) -> str:
-    """Return the most frequent value, or '' if it is not frequent enough."""
+    """Return the most frequent value, or '' if fewer than 60 % of the values equal it."""
     value, count = Counter(values).most_common(1)[0]
     return value if count >= _MOST * len(values) else ""
 
 
 def _shared_words(names: Sequence[str], step: int) -> list[str]:
-    """Return the words with which most names begin (step 1) or end (step −1).
+    """Return the words with which most names begin (`step` 1) or end (`step` −1).
 
-    The outermost word comes first.
+    The outermost word is the first.
     """
     words = [_WORD.findall(name)[::step] for name in names]
     shared: list[str] = []
@@ -336,7 +356,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of words at the start that all runs share, or 0 for a single run."""
+    """Return the number of words with which all runs begin."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -346,7 +366,7 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
     """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
 
-    `shared` are the words next to the name that all people have in common.
+    `words` belong to one person, and `shared` are the words next to them that all people share.
     """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
@@ -354,7 +374,10 @@ def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
 
 
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
-    """Remove words from the beginning (step 1) or end (−1), except the outermost `keep` words."""
+    """Remove words from the beginning (`step` 1) or end (−1) of a name.
+
+    The outermost `keep` words stay.
+    """
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]
     if len(words) == keep or own[: len(words)] != list(words) or len(own) == len(words):

@@ -1,4 +1,4 @@
-"""Interpolate rotations and positions at other times."""
+"""Interpolate motion at other times."""
 
 from __future__ import annotations
 
@@ -9,10 +9,22 @@ from twistcore.skeleton.rotation import Array, slerp
 
 
 def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate rotations (frames, joints, 4) by slerp and positions (frames, …, 3) linearly.
+    """Interpolate rotations by slerp and positions linearly at the given times.
 
-    `times` are the times of the samples, in frames. A sample uses no frame later than the first
-    frame at or after it.
+    Parameters
+    ----------
+    q
+        Rotations, shape (frames, joints, 4).
+    r
+        Positions, shape (frames, …, 3).
+    times
+        Times of the samples, in frames. A sample never uses a frame after the first one at or after
+        its time.
+
+    Returns
+    -------
+    tuple of ndarray
+        Rotations and positions, with one entry per sample along the first axis.
     """
     before, after, share = frames_at_times(times, len(q))
     turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))
@@ -21,7 +33,10 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
 
 
 def frames_at_times(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Return the frames before and after each time, and how far it is between them, 0…1."""
+    """Return the frames before and after each time, and the position between them, 0…1.
+
+    `times` are in frames, and `frames` is the number of frames.
+    """
     before = np.floor(times + 1e-9).astype(np.intp)
     share = np.clip(times - before, 0.0, 1.0)
     after = np.minimum(before + (share > 1e-9), frames - 1)

@@ -1,4 +1,4 @@
-"""The user's changes to the chains of a skeleton: added and removed chains."""
+"""The user's changes to a skeleton's chains: added and removed chains, and meanings of joints."""
 
 from __future__ import annotations
 
@@ -28,8 +28,15 @@ from twistcore.files.encoding import encoded, legible, toml_string, unescaped
 from twistcore.skeleton.body import Body, find_body
 from twistcore.skeleton.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.skeleton.helper import find_helpers
-from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, joint_path
+from twistcore.skeleton.joint_names import parse_joint_meaning
+from twistcore.skeleton.limb import (
+    Limb,
+    as_limb,
+    bone_lengths,
+    find_limbs,
+    joint_path,
+    path_position,
+)
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
@@ -44,12 +51,12 @@ _EXPECTED = (
 
 @dataclass(frozen=True)
 class OwnChain:
-    """A chain that the user added, given by the names of its joints.
+    """A chain that the user adds, given by the names of its joints.
 
     Parameters
     ----------
     joints : tuple of str
-        Parent, child and optionally a joint below the child.
+        Names of the parent, the child and, optionally, a joint below the child.
     limb : bool
         True to treat the three joints as a :class:`Limb`.
 
@@ -66,13 +73,13 @@ class OwnChain:
 
     @property
     def name(self) -> str:
-        """Return the name of the first joint or, for a limb, the names of both ends."""
+        """Return the first joint's name or, for a limb, the names of its first joint and end."""
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """Return this chain or limb for a motion.
+        """Return the chain or limb in a motion's skeleton.
 
-        Raises TwistError with the reason if that is impossible.
+        Raises TwistError, with the reason, if the joints do not form a chain.
         """
         if len(self.joints) not in ((3,) if self.limb else (2, 3)):
             number = "three" if self.limb else "two or three"
@@ -95,7 +102,7 @@ class OwnChain:
         if chain is None or chain.grandchild != below:
             at = 0 if chain is None else 1
             raise TwistError(f"{self.joints[at + 1]} is at the same position as {self.joints[at]}")
-        if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
+        if self.limb and min(bone_lengths(motion, chain)) <= _ZERO * skeleton.height:
             raise TwistError(f"a bone of {self.name} has no length")
         [person] = {p.name for p in find_people(skeleton) if parent in p.joints} or {""}
         chain = replace(chain, person=person)
@@ -104,7 +111,7 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton, including added ones and without removed ones.
+    """The user's changes to the chains that are found in a skeleton.
 
     A limb and its first chain are added and removed separately.
 
@@ -113,7 +120,7 @@ class Rig:
     add : tuple of OwnChain
         Chains to add, in this order.
     remove : tuple of str
-        Names of found chains to leave out.
+        Names of chains to leave out.
     names : mapping of str to str
         Meanings of joints, keyed by joint name, such as ``{"Bone07": "left forearm"}``.
 
@@ -131,27 +138,27 @@ class Rig:
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def __bool__(self) -> bool:
-        """True if the rig adds, removes or names anything."""
+        """Return True if the rig adds, removes or names anything."""
         return bool(self.add or self.remove or self.names)
 
     def body(self, motion: Motion) -> Body:
-        """Return the limbs of a motion, with the rig's joint names applied."""
+        """Return the limbs of a motion's skeleton, using the rig's meanings of joints."""
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with these meanings of joints.
+        """Return a copy of the rig with these meanings of joints.
 
         Raises FormatError if a meaning is unknown.
         """
         for joint, said in names.items():
-            joint_as_said(joint, said)
+            parse_joint_meaning(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains of a motion followed by its limbs. Chains that were found come first.
+        """Return the chains and then the limbs of a motion, added ones last.
 
-        Raises TwistError if the skeleton lacks a named joint or chain, or if two chains would have
-        the same name.
+        Raises TwistError if the skeleton lacks a joint or a chain that the rig names, or if two
+        chains would have the same name.
         """
         found = self._found(motion)
         names = {chain.name for chain in found}
@@ -172,9 +179,9 @@ class Rig:
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
     def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
-        """Return the rig with one more chain. A chain that was found and removed is restored.
+        """Return a copy of the rig with one more chain. A removed chain is restored.
 
-        Raises TwistError if the joints do not form a chain or the name is taken.
+        Raises TwistError if the joints do not form a chain, or if the name is already used.
         """
         made = own.made(motion)
         for chain in self._found(motion):
@@ -185,14 +192,14 @@ class Rig:
         return rig
 
     def without(self, name: str) -> Rig:
-        """Return the rig without the chain or limb of this name."""
+        """Return a copy of the rig without the chain or limb of this name."""
         left = tuple(own for own in self.add if own.name != name)
         if len(left) < len(self.add):
             return replace(self, add=left)
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the added chain with this name, or None if the chain was found in the skeleton."""
+        """Return the added chain of this name, or None if the user did not add one."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -201,7 +208,7 @@ class Rig:
         return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
     def summary(self) -> str:
-        """Return a summary such as '2 added, 1 removed'."""
+        """Return a summary, such as '2 added, 1 removed'."""
         counts = (
             (len(self.add), "added"),
             (len(self.remove), "removed"),
@@ -214,7 +221,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """Return the SHA-256 of the joint names and parents, the same for all clips of a rig."""
+    """Return a SHA-256 of the joint names and parents, which all clips of a rig share."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
@@ -222,14 +229,14 @@ def skeleton_mark(skeleton: Skeleton) -> str:
 
 
 def rig_to_json(rig: Rig) -> dict[str, Any]:
-    """Return the added and removed chains as JSON data for a session."""
+    """Return the rig as JSON data for a session."""
     entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
     document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
     return document | ({"names": dict(rig.names)} if rig.names else {})
 
 
 def rig_from_json(entry: Any) -> Rig:
-    """Return the rig stored in a session. Raises FormatError if it is damaged."""
+    """Return the rig that a session stores. Raises FormatError if the data are invalid."""
     rig = has(entry, what="rig")
     add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
     names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
@@ -237,7 +244,10 @@ def rig_from_json(entry: Any) -> Rig:
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write a rig as a TOML file for :func:`read_rig`, atomically. Raises OSError."""
+    """Write a rig as a TOML file, atomically. Raises OSError if that fails.
+
+    `source` names the clip in the file's first line.
+    """
     lines = [
         f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
@@ -253,7 +263,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 
 def read_rig(path: Path) -> Rig:
-    """Read a rig from a TOML file. Raises TwistError or FormatError if it is damaged."""
+    """Read a rig from a TOML file. Raises TwistError or FormatError if the file is invalid."""
     with saying(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
@@ -308,12 +318,12 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with b pointing to a joint below C that is not a child of C.
+    """Return the chain with `arm` pointing to a grandchild that is not a child of C.
 
-    b varies over the frames if the joints in between bend. If b has no length, the chain has no
-    grandchild.
+    The direction varies over the frames if the joints in between bend. If the grandchild comes too
+    close to C, the chain has no grandchild.
     """
-    bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
+    bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
         return replace(chain, grandchild=-1)
     directions = normalise(bone)

@@ -1,8 +1,8 @@
-"""Unit quaternions, swing-twist decomposition and angles.
+"""Unit quaternions: products, Euler angles, swing and twist.
 
-Quaternions are Hamilton quaternions, scalar first: ``(w, x, y, z)``. They act on column vectors and
-compose like matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading
-axes broadcast.
+Quaternions are Hamilton quaternions with the scalar first, ``(w, x, y, z)``. They act on column
+vectors and compose like matrices, so ``multiply(p, q)`` rotates by q first and then by p. Angles
+are in radians. Leading axes, written as …, broadcast.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Wrap angles into (−π, π] by adding full turns. The shape stays the same."""
+    """Wrap angles into (−π, π] by adding full turns. The shape does not change."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
     wrapped = a.copy()
-    outside = np.abs(a) >= np.pi  # usually few angles; rounding all of them takes 8 times as long
+    outside = np.abs(a) >= np.pi  # usually few angles; wrapping all of them takes 8 times as long
     if outside.any():
         wrapped[outside] = _wrap(a[outside])
     return wrapped
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Return the largest absolute value and the RMS of wrapped angles (n,), in degrees.
+    """Return the maximum and the root mean square of the sizes of wrapped angles, in degrees.
 
-    `angles` are in radians. The result is (0, 0) if there are none.
+    `angles` are in radians, shape (n,). The result is (0, 0) if there are none.
     """
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:
@@ -46,7 +46,7 @@ def _wrap(a: Array) -> Array:
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
-    """Return the Hamilton product p ⊗ q, shapes (…, 4)."""
+    """Return the Hamilton product p ⊗ q of quaternions, shape (…, 4)."""
     p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
     pw, px, py, pz = (p[..., i] for i in range(4))
     qw, qx, qy, qz = (q[..., i] for i in range(4))
@@ -68,7 +68,7 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """Rotate vectors v, shape (…, 3), by unit quaternions q, shape (…, 4)."""
     q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
     w, x, y, z = (q[..., i] for i in range(4))
-    # Written without np.cross, which is several times slower for the few joints of one frame.
+    # np.cross would be several times slower for the few joints of one frame.
     a, b, c = (v[..., i] for i in range(3))
     tx, ty, tz = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     out = np.empty((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), 3))
@@ -79,14 +79,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Scale vectors or quaternions of nonzero length to unit length along the last axis."""
+    """Scale vectors or quaternions to unit length along the last axis. None may have length 0."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
-def continuous(q: ArrayLike) -> Array:
-    """Choose the signs of quaternions (frames, …, 4) so that they are continuous over frames.
+def continuous_signs(q: ArrayLike) -> Array:
+    """Choose the signs of quaternions so that they are continuous over frames, (frames, …, 4).
 
     The rotations do not change.
     """
@@ -98,7 +98,7 @@ def continuous(q: ArrayLike) -> Array:
 
 
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """Return R_axis(angle) as quaternions (…, 4) from unit axes (…, 3) and radians (…)."""
+    """Return the rotations about unit axes (…, 3) by angles (…) as quaternions (…, 4)."""
     axis, half = np.asarray(axis, dtype=np.float64), 0.5 * np.asarray(angle, dtype=np.float64)
     shape = np.broadcast_shapes(axis.shape[:-1], half.shape)
     out = np.empty((*shape, 4))
@@ -108,20 +108,23 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
 
 
 def exponential(rotation_vector: ArrayLike) -> Array:
-    """Return Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|), (…, 3) -> (…, 4) [Le26 Eq. 4]."""
+    """Return the rotations with the given rotation vectors φ (…, 3) as quaternions (…, 4).
+
+    Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|) [Le26 Eq. 4].
+    """
     phi = np.asarray(rotation_vector, dtype=np.float64)
     half = 0.5 * np.sqrt(np.einsum("...i,...i->...", phi, phi))
     out = np.empty((*phi.shape[:-1], 4))
     out[..., 0] = np.cos(half)
-    # sinc is defined at |φ| = 0, where φ/|φ| is not.
+    # Unlike φ/|φ|, sinc is defined at |φ| = 0.
     out[..., 1:] = (0.5 * np.sinc(half / np.pi))[..., None] * phi
     return out
 
 
 def logarithm(q: ArrayLike) -> Array:
-    """Return the rotation vector of length [0, π], the inverse of :func:`exponential`.
+    """Return the rotation vectors of quaternions (…, 4), shape (…, 3), with lengths in [0, π].
 
-    The shapes are (…, 4) → (…, 3).
+    This is the inverse of :func:`exponential`.
     """
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
@@ -133,13 +136,13 @@ def logarithm(q: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
-    """Return the rotation on the shorter arc from p to q, (…, 4), at a fraction in [0, 1], (…)."""
+    """Interpolate on the shorter arc from p to q, (…, 4), at fractions in [0, 1], shape (…)."""
     step = logarithm(multiply(q, conjugate(p)))
     return multiply(exponential(np.asarray(share)[..., None] * step), p)
 
 
 def matrix_from_quaternion(q: ArrayLike) -> Array:
-    """Return rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
+    """Return the rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     q = np.asarray(q, dtype=np.float64)
     w, x, y, z = (q[..., i] for i in range(4))
     out = np.empty((*q.shape[:-1], 3, 3))
@@ -156,10 +159,14 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
 
 
 def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
-    """Return quaternions of intrinsic rotations about the axes in `order` ('ZYX', 1-3 letters).
+    """Return the quaternions of intrinsic rotations about one to three axes, shape (…, 4).
 
-    The angles are in radians, shape (…, len(order)), in the order of the axes: R = R_1 · R_2 · R_3.
-    Returns the shape (…, 4).
+    Parameters
+    ----------
+    order
+        The axes, such as 'ZYX'. The rotations are multiplied in this order, R = R₁ · R₂ · R₃.
+    angles
+        Angles in radians, in the order of the axes, shape (…, number of axes).
     """
     angles = np.asarray(angles, dtype=np.float64)
     out = np.zeros((*angles.shape[:-1], 4))
@@ -167,7 +174,8 @@ def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
     half = 0.5 * angles
     c, s = np.cos(half), np.sin(half)
     for k, letter in enumerate(order):
-        # q ⊗ (cos, sin·e_i) needs 8 products, not 16: only two components of the factor are set.
+        # The product q ⊗ (cos, sin·e_i) needs 8 multiplications instead of 16, because two
+        # components of its second factor are 0.
         i = _AXIS_INDEX[letter]
         j, m = (i + 1) % 3, (i + 2) % 3
         w, x, y, z = out[..., 0], out[..., 1 + i], out[..., 1 + j], out[..., 1 + m]
@@ -178,16 +186,23 @@ def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
 
 
 def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
-    """Return angles of intrinsic rotations about three distinct axes, in radians, shape (…, 3).
+    """Return the angles of intrinsic rotations about three different axes, radians, shape (…, 3).
 
-    The middle angle is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
-    lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; to keep φ3, use
-    :func:`euler_with_third_held`.
+    The middle angle φ2 is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
+    lock (cos φ2 ≈ 0), only φ1 ± φ3 is determined. Use :func:`euler_with_third_held` to choose φ3.
+
+    Parameters
+    ----------
+    order
+        The axes, such as 'ZYX', as in :func:`quaternion_from_euler`.
+    q
+        Unit quaternions, shape (…, 4).
     """
     i, j, k = (_AXIS_INDEX[letter] for letter in order)
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     m = matrix_from_quaternion(q)
-    # R = R_i(φ1) R_j(φ2) R_k(φ3): row i is (cosφ2 cosφ3, −s cosφ2 sinφ3, s sinφ2) in (i, j, k).
+    # Row i of R = R_i(φ1) R_j(φ2) R_k(φ3) is (cosφ2 cosφ3, −s cosφ2 sinφ3, s sinφ2) in the order
+    # (i, j, k), where s is the sign.
     cos2 = np.hypot(m[..., i, i], m[..., i, j])
     out = np.empty((*m.shape[:-2], 3))
     out[..., 0] = np.arctan2(-sign * m[..., j, k], m[..., k, k])
@@ -197,7 +212,7 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Return Euler angles (…, 3) of q with a given third angle, in radians.
+    """Return the Euler angles of quaternions q with the given third angles, radians, shape (…, 3).
 
     The result is exact in gimbal lock, where any third angle is possible.
     """
@@ -207,7 +222,7 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
     sign = 1.0 if (j - i) % 3 == 1 else -1.0
     m = matrix_from_quaternion(unwound)
     out = np.empty((*m.shape[:-2], 3))
-    # R_i(φ1) R_j(φ2): column j is R_i e_j, row i is e_i R_j.
+    # In the product R_i(φ1) R_j(φ2), column j is R_i e_j and row i is e_i R_j.
     out[..., 0] = np.arctan2(sign * m[..., k, j], m[..., j, j])
     out[..., 1] = np.arctan2(sign * m[..., i, k], m[..., i, i])
     out[..., 2] = third
@@ -215,11 +230,18 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
 
 
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
-    """Return the twist about a unit axis (…, 3): wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
+    """Return the twist angle of rotations about a unit axis a, in (−π, π] [Choi26 Eq. 8].
 
-    Eq. 8 as printed takes the norm of the vector part and loses the sign. This form keeps it. A
-    swing of exactly 180° leaves the twist undefined. The result is then 0, never NaN (see
-    :func:`twist_reliability`).
+    The angle of q = (w, v) is wrap(2·atan2(v·a, w)). Eq. 8 as printed uses the norm of v and so
+    loses the sign. If a swing of exactly 180° leaves the twist undefined, the result is 0, never
+    NaN (see :func:`twist_reliability`).
+
+    Parameters
+    ----------
+    q
+        Unit quaternions, shape (…, 4).
+    axis
+        Unit axis a, shape (…, 3).
     """
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
@@ -227,7 +249,11 @@ def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
-    """Return √(w² + (v·a)²) in [0, 1], which is 0 if a swing of 180° leaves the twist undefined."""
+    """Return how well the twist of a rotation is defined, in [0, 1].
+
+    The value for q = (w, v) and the unit axis a is √(w² + (v·a)²). It is 0 if a swing of 180°
+    leaves the twist undefined.
+    """
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
     reliability: Array = np.hypot(q[..., 0], along)
@@ -237,9 +263,9 @@ def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
 def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
     """Split rotations into swing and twist: q = swing ⊗ twist [Choi26 Eq. 2-7].
 
-    The twist turns about the axis. The swing, q ⊗ twist⁻¹, turns the axis to the same direction as
-    q, by the smallest angle. (Eq. 7 as printed, q ⊗ swing⁻¹, is the twist about the turned axis:
-    the same angle, another quaternion.)
+    The twist is a rotation about the axis. The swing turns the axis to the same direction as q
+    does, by the smallest possible angle. Eq. 7 as printed, q ⊗ swing⁻¹, is a different quaternion:
+    the rotation by the same angle about the turned axis.
 
     Parameters
     ----------
@@ -276,7 +302,7 @@ def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
 
 
 def geodesic_angle(p: ArrayLike, q: ArrayLike) -> Array:
-    """Return the angle of the rotation from p to q, radians in [0, π], (…, 4) -> (…)."""
+    """Return the angle of the rotation from p to q, radians in [0, π], shape (…)."""
     d = multiply(conjugate(p), q)
     angle: Array = 2.0 * np.arctan2(np.linalg.norm(d[..., 1:], axis=-1), np.abs(d[..., 0]))
     return angle

@@ -1,4 +1,4 @@
-"""The signals of [Choi26] for a chain: θp, θc, their increments and m(t)."""
+"""Measure the twist signals of a chain: θp, θc, their increments and the strength m(t) [Choi26]."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from twistcore.work.progress import Tell, nobody
 
 @dataclass(frozen=True, eq=False)
 class TwistSignals:
-    """Signals of one chain in every frame. The increments in frame 0 are 0.
+    """The twist signals of one chain in every frame.
 
     Parameters
     ----------
     theta_p : ndarray, shape (frames,)
-        θp, twist of P about its bone axis a, radians in (−π, π] [Choi26 Eq. 8].
+        θp, the twist of the parent about its bone axis, radians in (−π, π] [Choi26 Eq. 8].
     theta_c : ndarray, shape (frames,)
-        θc, running sum of the child's azimuth increments, radians.
+        θc, the azimuth of the child relative to frame 0, radians: the sum of its increments.
     dtheta_p, dtheta_c : ndarray, shape (frames,)
-        Increments, radians in (−π, π] [Choi26 Eq. 9, 12].
+        Increments of θp and θc from the previous frame, radians in (−π, π], 0 in frame 0 [Choi26
+        Eq. 9, 12].
     strength : ndarray, shape (frames,)
-        m(t), the angle by which P and C twist in opposite directions, radians ≥ 0 [Choi26 Eq. 1,
-        13].
+        m(t), the angle by which parent and child twist in opposite directions, radians ≥ 0 [Choi26
+        Eq. 1, 13].
     swing_reliability : ndarray, shape (frames,)
-        √(w² + (v·a)²) in 0…1; 0 where θp is undefined.
+        How well θp is defined, 0…1: √(w² + (v·a)²) for the parent's rotation (w, v) and bone axis
+        a.
     azimuth_reliability : ndarray, shape (frames,)
-        ‖v⊥‖/‖v‖ in 0…1; 0 where the limb is straight and θc is undefined.
+        How well θc is defined, 0…1: the sine of the angle between the two bones, 0 if the limb is
+        straight.
 
     Examples
     --------
@@ -65,12 +68,12 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
     clip : Clip or Motion
         The clip to measure.
     chain : Chain or str
-        A chain of the clip, or the name or label of one that :func:`find_chains` finds.
+        A chain of the clip, or the name or label of a chain that :func:`find_chains` finds.
 
     Returns
     -------
     TwistSignals
-        θp, θc, their increments and m(t), radians, each of shape (frames,).
+        θp, θc, their increments and m(t), in radians, each of shape (frames,).
 
     Raises
     ------
@@ -114,7 +117,10 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 def signals_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
-    """Return the signals of the chains, keyed by name. `tell` is called before each chain."""
+    """Return the twist signals of several chains, keyed by chain name.
+
+    `tell` is called with the progress, 0…1, before each chain.
+    """
     tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):
@@ -124,7 +130,15 @@ def signals_of_chains(
 
 
 def azimuth_increments(across: Array, axis: Array) -> Array:
-    """Return Δθc about a unit axis from projected vectors v⊥, shape (frames, 3) [Choi26 Eq. 12]."""
+    """Return the increments Δθc of the child's azimuth, radians, shape (frames,) [Choi26 Eq. 12].
+
+    Parameters
+    ----------
+    across
+        The child's direction, projected onto the plane across the bone axis, shape (frames, 3).
+    axis
+        Unit bone axis, shape (3,) or (frames, 3).
+    """
     out = np.zeros(len(across))
     before, now = across[:-1], across[1:]
     a = np.broadcast_to(axis, across.shape)[1:]
@@ -135,7 +149,10 @@ def azimuth_increments(across: Array, axis: Array) -> Array:
 
 
 def counter_rotation(dtheta_p: Array, dtheta_c: Array) -> Array:
-    """Return m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, and 0 elsewhere [Choi26 Eq. 1, 13]."""
+    """Return the strength m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, and 0 elsewhere.
+
+    This is [Choi26 Eq. 1, 13]. Angles are in radians, shape (frames,).
+    """
     opposite = dtheta_p * dtheta_c < 0.0
     return np.where(opposite, np.minimum(np.abs(dtheta_p), np.abs(dtheta_c)), 0.0)
 

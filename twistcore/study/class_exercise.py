@@ -1,7 +1,7 @@
-"""Read and write the files of a class exercise: the exercise, the answers, and the results.
+"""Read and write the files of a class exercise: the exercise, the answers and the results.
 
-The teacher has a truth file with the errors (:mod:`twistcore.synthesis`). The exercise lists which
-intervals of which clip a student must judge, but not which of them are errors.
+The exercise lists the intervals of a clip that students must judge, but not which of them are
+errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
-_MOST_BYTES = 10_000_000  # maximum size of a file, since a student may hand in any file
-_MOST_FRAMES = 10_000_000  # maximum length of a clip, a day at 120 fps
+_MOST_BYTES = 10_000_000  # maximum size of a file, because a student may hand in any file
+_MOST_FRAMES = 10_000_000  # maximum length of a clip, which is a day at 120 fps
 _MOST_INTERVALS = 1000
 _LONGEST_NAME = 100  # maximum length of a name in the table
 _Thing = TypeVar("_Thing")
@@ -50,12 +50,16 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """An exercise in which the student must judge intervals of a clip.
+    """An exercise in which students judge intervals of a clip.
 
     Attributes
     ----------
     clip
-        Name of the BVH file in the same folder.
+        Name of the clip's file, which is in the same folder.
+    sha256
+        SHA-256 of this file.
+    kind
+        One of KINDS.
     listed
         The intervals to judge.
     """
@@ -67,8 +71,20 @@ class ClassExercise:
 
 
 @dataclass(frozen=True, eq=False)
-class HandedIn:
-    """A student's answer: a verdict on each interval, and the time needed."""
+class StudentAnswer:
+    """A student's answer.
+
+    Attributes
+    ----------
+    name
+        The student's name.
+    seconds
+        The time that the student needed.
+    clip, sha256
+        Name and SHA-256 of the clip's file.
+    verdicts
+        The student's verdict on each interval.
+    """
 
     name: str
     seconds: float
@@ -85,7 +101,7 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 
 def read_exercise(path: Path) -> ClassExercise:
-    """Return the exercise in a file. Raises TwistError if it is damaged."""
+    """Read an exercise. Raises TwistError if the file is invalid."""
     with saying(path):
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
@@ -99,7 +115,7 @@ def read_exercise(path: Path) -> ClassExercise:
         )
 
 
-def write_handed_in(path: Path, handed: HandedIn) -> None:
+def write_answer(path: Path, handed: StudentAnswer) -> None:
     """Write a student's answer atomically."""
     verdicts = [
         {**_interval_to_json(j.interval), "decision": j.decision.value} for j in handed.verdicts
@@ -114,13 +130,13 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
     write_atomically(path, json_bytes(document))
 
 
-def read_handed_in(path: Path) -> HandedIn:
-    """Return the student's answer in a file. Raises TwistError if it is damaged."""
+def read_answer(path: Path) -> StudentAnswer:
+    """Read a student's answer. Raises TwistError if the file is invalid."""
     with saying(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
         own = has(document["exercise"], "clip", "sha256", what="exercise")
-        return HandedIn(
+        return StudentAnswer(
             text(document["name"], "name"),
             number(document["seconds"], "seconds"),
             text(own["clip"], "clip"),
@@ -129,8 +145,11 @@ def read_handed_in(path: Path) -> HandedIn:
         )
 
 
-def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """Compare the verdicts with the truth: a CSV with one row per student, sorted by name."""
+def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
+    """Compare the students' verdicts with the truth.
+
+    The result is a CSV with one row per student, sorted by name.
+    """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
         result = score_exercise(errors, student.verdicts)
@@ -144,15 +163,12 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
 
 
 def _in_cell(name: str) -> str:
-    """Return a name shortened to one line that fits into a table cell."""
+    """Return a name as one line that is short enough for a table cell."""
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
 def schema_of(path: Path) -> str:
-    """Return the schema of a JSON file.
-
-    Raises TwistError if this program did not write the file.
-    """
+    """Return the schema of a JSON file. Raises TwistError if the file has none."""
     with saying(path):
         return str(_document(path)["schema"])
 
@@ -172,7 +188,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Return the intervals. Raises FormatError if they are too many to compare with the truth."""
+    """Return the intervals or verdicts. Raises FormatError if there are too many to compare."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -185,9 +201,9 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return an interval from its JSON entry.
+    """Return the interval in a JSON entry.
 
-    Its constant offset is a broadcast array, to save memory.
+    Its constant offset is a broadcast array, which saves memory.
     """
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)

@@ -1,4 +1,4 @@
-"""Measure the correction of injected errors, and the changes elsewhere [Choi26 §4.2]."""
+"""Measure how well injected errors were corrected, and what else was changed [Choi26 §4.2]."""
 
 from __future__ import annotations
 
@@ -18,15 +18,23 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, Truth, inject
 
 DAMAGE = float(np.radians(1.0))
-# Frames with a smaller offset, where a filtered or drifting error begins or crosses 0, are neither
-# error frames nor clean frames. Protocols with level shifts have no such frames.
+# Frames with a smaller offset are neither error frames nor clean frames. They occur where a
+# filtered or drifting error begins or crosses 0, but not with level shifts.
 COUNTED = float(np.radians(0.5))
 _ORDER = (*SEGMENTS, "whole arm", "whole leg")
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorFrames:
-    """The error of P in each frame with an injected error, radians in [0, π]."""
+    """The errors of one chain in its error frames.
+
+    Attributes
+    ----------
+    side, segment
+        Side and segment of the chain.
+    before, after
+        Errors before and after the correction, radians in [0, π], shape (error frames,).
+    """
 
     side: str
     segment: str
@@ -36,7 +44,15 @@ class ErrorFrames:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """The result of one clip: error frames of each chain, and the changes of all clean pairs."""
+    """The measurements of one clip.
+
+    Attributes
+    ----------
+    errors
+        The errors of each chain.
+    clean_change
+        Changes of all clean (joint, frame) pairs, radians, shape (pairs,).
+    """
 
     errors: tuple[ErrorFrames, ...]
     clean_change: Array
@@ -44,9 +60,22 @@ class Sample:
 
 @dataclass(frozen=True)
 class EvaluationRow:
-    """One row of the table, with fields named as in JSON.
+    """The measurements of one segment, with the names used in JSON.
 
-    `rer` is the fraction of the error that remains [Choi26 §4.2.2].
+    Attributes
+    ----------
+    side, segment
+        Side and segment.
+    frames
+        Number of error frames.
+    mae_before_deg, mae_after_deg
+        Mean error before and after the correction, degrees.
+    rmse_before_deg, rmse_after_deg
+        Root mean square error before and after the correction, degrees.
+    rer_percent
+        Share of the error that remains [Choi26 §4.2.2].
+    fsr_percent
+        Share of error frames that are repaired [Choi26 §4.2.1].
     """
 
     side: str
@@ -62,7 +91,19 @@ class EvaluationRow:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
+    """The evaluation of one or more clips.
+
+    Attributes
+    ----------
+    rows
+        A row for each side and segment.
+    overall
+        The row for all error frames.
+    damage_share
+        Percentage of clean (joint, frame) pairs that changed by more than 1°.
+    damage_mean
+        Mean change of clean pairs, degrees.
+    """
 
     rows: tuple[EvaluationRow, ...]
     overall: EvaluationRow
@@ -71,11 +112,24 @@ class Evaluation:
 
 
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
-    """Compare a refined clip with its clean source.
+    """Compare a corrected clip with its clean source.
 
     The clip with errors is rebuilt from the clean clip and the truth, so that only changes by the
-    refinement count as damage. Limbs are derived from the chains. Raises ClipMismatchError if
-    the two clips and the truth do not belong together.
+    correction count as damage.
+
+    Parameters
+    ----------
+    truth
+        The injected errors.
+    clean, refined
+        The clean and the corrected motion.
+    chains
+        The chains of the clip, from which its limbs are found.
+
+    Raises
+    ------
+    ClipMismatchError
+        If the clips and the truth do not belong together.
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
         raise ClipMismatchError(
@@ -117,9 +171,9 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, joints: Sequence[int]) -> Array:
-    """Return the largest angle between two rotations of some joints, in radians, (frames,).
+    """Return the largest angle between the rotations of some joints in two clips.
 
-    `clean` and `other` are rotations, shape (frames, joints, 4).
+    `clean` and `other` have the shape (frames, joints, 4). The result is in radians, (frames,).
     """
     at = list(joints)
     return np.asarray(geodesic_angle(clean[:, at], other[:, at]).max(axis=1))
@@ -143,20 +197,23 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the sorted indices of the chains' parents and children and the limbs' two ends."""
+    """Return the sorted indices of the joints that errors turn.
+
+    These are the parents and children of chains, and the first joints and ends of limbs.
+    """
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
 
 def segment_of(chain: Chain) -> str:
-    """Return the table label of a chain's segment, such as 'Leg', or 'whole leg' for a limb."""
+    """Return a chain's segment for tables, such as 'Leg', or 'whole leg' for a limb."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
 
 
 def segment_order(segment: str) -> tuple[int, str]:
-    """Return a sort key for segments: first SEGMENTS, then whole limbs, then others by name."""
+    """Return a key that sorts segments: first SEGMENTS, then whole limbs, then others by name."""
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
@@ -180,7 +237,7 @@ def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> EvaluationRo
 
 
 def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
-    """Return the table as a JSON document, in degrees and per cent."""
+    """Return the evaluation as a JSON document, in degrees and per cent."""
     return {
         "schema": "twistcore.evaluation/1",
         "rows": [vars(row) for row in evaluation.rows],
@@ -191,7 +248,10 @@ def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def evaluation_to_text(evaluation: Evaluation) -> str:
-    """Return the table in columns like the paper's Table 2, with the overall row at the end."""
+    """Return the evaluation as a table like the paper's Table 2.
+
+    The overall row is the last one.
+    """
     head = f"{'Side':<6} {'Segment':<12} {'Frames':>7} {'MAE before':>11} {'MAE after':>10} "
     head += f"{'RMSE after':>11} {'RER %':>7} {'FSR %':>7}"
     lines = [head, "-" * len(head)]
@@ -211,10 +271,10 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Match intervals one to one, and return {index in `found`: index in `true`}.
+    """Match intervals one to one. Return the matched indices as {index in found: index in true}.
 
-    Intervals are [start, stop). Two match if their intersection over union is at least 0.5; pairs
-    with the largest overlap are matched first.
+    Intervals are [start, stop). Two match if their intersection over union is at least 0.5. The
+    pairs with the largest overlap are matched first.
     """
     if not found or not true:
         return {}

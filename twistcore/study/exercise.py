@@ -1,4 +1,4 @@
-"""Create an exercise by hiding random errors in a clip, and score a review of this clip."""
+"""Create an exercise by hiding random errors in a clip, and score a review of the clip."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import match_intervals
 from twistcore.synthesis import InjectedError, generator, inject
 
-_JUMPS = 4, 6  # jumps in a chain; an even number, so that the first and last stretch are alike
-_SHORTEST = 6  # frames of a stretch
-_SIZES = 50.0, 150.0  # degrees; large enough to be visible on the striped skin
+_JUMPS = 4, 6  # numbers of jumps in a chain; even, so that the first and the last stretch are alike
+_SHORTEST = 6  # minimum number of frames of a stretch
+_SIZES = 50.0, 150.0  # smallest and largest angle, degrees; they are visible on the striped skin
 
 
 @dataclass(frozen=True)
 class ExerciseScore:
-    """The score of a review compared with the hidden errors.
+    """The score of a review.
 
     Attributes
     ----------
     hits
-        Number of errors accepted.
+        Errors that were accepted.
     misses
-        Errors that no accepted interval covers.
+        Errors that no accepted interval matches.
     false_accepted
-        Accepted intervals without a hidden error.
+        Accepted intervals that match no error.
     false_rejected
-        Errors that were listed and rejected (also counted as misses).
+        Intervals that were rejected although they match an error. Their errors are also misses.
     left
-        Intervals without a verdict.
+        Number of intervals without a verdict.
     """
 
     hits: tuple[InjectedError, ...]
@@ -46,20 +46,21 @@ class ExerciseScore:
 
     @property
     def false_verdicts(self) -> int:
-        """Return the number of verdicts that contradict the truth."""
+        """Return the number of wrong verdicts."""
         return len(self.false_accepted) + len(self.false_rejected)
 
 
 def hide_errors(
     motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
-    """Return the motion with errors in two chains that share no joint.
+    """Return the motion with errors in two chains that share no joint, and the errors.
 
-    Each chain's frames are divided into an odd number of stretches, and every other stretch is
-    wrong by the same angle. Whether the first one is wrong is random. The curves look the same on
-    both sides of each jump, so only the figure shows which side is wrong. The same seed hides the
-    same errors in the same clip. Chains that cannot be corrected are never used; a motion without
-    correctable chains is returned unchanged.
+    The frames of each chain are divided into an odd number of stretches. Every other stretch is
+    wrong by the same angle. Whether the first one is wrong is random. So the curves look the same
+    on both sides of each jump, and only the figure shows which side is wrong.
+
+    A seed always hides the same errors in a clip. Chains that cannot be corrected are not used.
+    Without other chains, the motion does not change.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -78,7 +79,7 @@ def hide_errors(
 
 
 def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
-    """Return an odd number of stretches [start, stop) that cover the clip, of random lengths."""
+    """Return an odd number of stretches [start, stop) of random lengths that cover the clip."""
     jumps = min(int(rng.choice(_JUMPS)), (frames // _SHORTEST - 1) // 2 * 2)
     if jumps < 2:
         return [(0, frames)]
@@ -89,10 +90,10 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
 
 
 def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
-    """Return the correct stretches between the errors of a chain, as further intervals to judge.
+    """Return the correct stretches between the errors of each chain, as further intervals to judge.
 
-    Their offset is the opposite angle, with which they would look like the wrong stretches around
-    them. So neither the number of intervals nor their offsets reveal which of them are errors.
+    Their offset is the opposite angle: if it were removed, they would look like the wrong stretches
+    around them. So neither the number nor the offsets of the intervals reveal the errors.
     """
     out: list[Interval] = []
     for chain in dict.fromkeys(e.chain for e in errors):
@@ -106,7 +107,7 @@ def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Int
 
 
 def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
-    """Return the score of a review. Each interval can match at most one error of its chain."""
+    """Return the score of a review. An interval can match at most one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]
     rejected = [j.interval for j in judged if j.decision == Decision.REJECTED]
@@ -122,7 +123,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals chain by chain, as {index of error: index of interval}."""
+    """Match errors with intervals, chain by chain, as {index of error: index of interval}."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

@@ -1,4 +1,4 @@
-"""Write the clip of an exercise so that its numbers do not reveal the changes."""
+"""Write the clip of an exercise so that its numbers do not reveal the errors."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from twistcore.formats.clip import Clip, rewritten
 from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array
 
-_MOST = 3  # decimals of a degree: finer than any capture, coarser than most files
-_ENDS_IN_0 = 0.2  # a tenth of random numbers ends in a zero
-_POSITIONS = 6  # decimals; no error moves these
+_MOST = 3  # maximum number of decimals of a degree; finer than any capture, coarser than most files
+_ENDS_IN_0 = 0.2  # maximum share of numbers that end in 0; of random numbers, a tenth does
+_POSITIONS = 6  # number of decimals of positions, which no error changes
 
 
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
-    """Write `clip` with all rotations of `dirty`, each with the same number of decimals.
+    """Write a clip with the rotations of `dirty`, all with the same number of decimals.
 
-    This is at most the number of decimals in `clip`, since trailing zeros would reveal unchanged
-    numbers. An existing file is replaced atomically. Raises TwistError if the clip is not a BVH,
-    and OSError.
+    This is at most the number of decimals in the clip's file, because trailing zeros would reveal
+    which numbers are unchanged. An existing file is replaced atomically.
+
+    Raises TwistError if the clip is not a BVH, and OSError if it cannot be written.
     """
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
@@ -32,7 +33,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     turns = [column for layout in clip.channels for column in layout.rotation]
     decimals = np.full(values.shape[1], _POSITIONS)
     decimals[turns] = fine = decimals_of(clip.values[:, turns])
-    values[:, turns] = np.round(values[:, turns], fine) + 0.0  # no -0.000
+    values[:, turns] = np.round(values[:, turns], fine) + 0.0  # avoids -0.000
     form = " ".join(f"%.{k}f" for k in decimals.tolist())
     rows = "\n".join(form % tuple(row) for row in values.tolist())
     header = clip.text[: clip.token_spans[0][0]]

@@ -1,4 +1,4 @@
-"""Inject random twist errors into a clip and record the ground truth [Choi26 §4.1]."""
+"""Inject random errors into a clip, and record them as ground truth [Choi26 §4.1]."""
 
 from twistcore.synthesis.injection import (
     InjectedError,

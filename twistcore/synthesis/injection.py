@@ -22,35 +22,41 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
-from twistcore.synthesis.offset_shape import Place, aligned_spells, filled, filter_reach, shaped
+from twistcore.synthesis.offset_shape import (
+    Place,
+    aligned_spells,
+    filter_reach,
+    gap_offset,
+    offset_over_time,
+)
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 from twistcore.work.frozen import dataclass
 
-_APART = 2  # frames between two intervals of a chain
+_APART = 2  # minimum number of frames between two intervals of a chain
 _TRIES = 50
-LEAST = float(np.radians(0.1))  # smaller offsets at the ends of an error are cut off
+LEAST = float(np.radians(0.1))  # an error begins and ends with an offset of at least this angle
 
 
 @dataclass(frozen=True, eq=False)
 class InjectedError:
-    """A known error that `inject` adds to a motion.
+    """A known error that :func:`inject` adds to a motion.
 
     Parameters
     ----------
     chain : str
         Name of the chain or limb.
     start, stop : int
-        Frames from 0; `stop` is exclusive.
+        Frames [start, stop) of the error, from 0.
     offset : ndarray, shape (stop − start,)
-        The angle by which the parent is turned in each frame, in radians.
+        Offset δ, by which the parent is turned in each frame, radians.
     leak : ndarray, shape (stop − start,), optional
-        The angle by which the compensation of the child, or of a limb's end, is wrong, in radians.
+        Error in the counter-rotation of the child, or of a limb's end, in each frame, radians.
     kind : Kind
-        A counter-twist, a limb flip, a carried roll or, for an error of C alone, a stretch or a
-        spike.
+        A counter-twist, a limb flip, a carried roll or, for an error of the child alone, a stretch
+        or a spike.
     carried : bool
-        True for a flip in which the limb's end turns with the limb, for a carried roll, in which C
-        rolls with P, and for an error of C alone.
+        True for a flip in which the limb's end turns with the limb, for a carried roll, in which
+        the child rolls with its parent, and for an error of the child alone.
 
     Examples
     --------
@@ -73,7 +79,7 @@ class InjectedError:
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
         """Return the joints whose local rotation the error changes.
 
-        The end of a limb that is carried along is not among them.
+        A limb's end is not among them if it turns with the limb.
         """
         if self.single:
             return (chain.child,)
@@ -83,11 +89,15 @@ class InjectedError:
 
     @property
     def single(self) -> bool:
-        """True for an error of C alone."""
+        """True for an error of the child alone."""
         return bool(self.kind.info.repairer)
 
     def measured_joints(self, chain: Chain) -> tuple[int, ...]:
-        """Return the joints whose angles from the clean clip are the size of the error."""
+        """Return the joints at which the size of the error is measured.
+
+        The size is the angle between the joint's rotations in the clean clip and in the clip with
+        the error.
+        """
         if self.single:
             return (chain.child,)
         return (chain.parent, chain.end) if isinstance(chain, Limb) else (chain.parent,)
@@ -103,8 +113,9 @@ def draw_targets(
 ) -> tuple[Chain, ...]:
     """Draw two chains that share no joint [Choi26 §4.1.1].
 
-    If the protocol's `both` is True, draw two neighbouring chains instead. If its `together` is
-    set, draw that many chains in order, starting with a random one.
+    If `protocol.both` is True, two chains that share a joint are drawn instead. If
+    `protocol.together` is greater than 1, that many chains are chosen in order, starting with a
+    random one.
     """
     if protocol.clean or not chains:
         return ()
@@ -122,9 +133,9 @@ def draw_targets(
 
 
 def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
-    """Choose up to `most` chains, no two of which change the same joint.
+    """Choose up to `most` chains of which no two change the same joint.
 
-    The chains are tried in order from index `first`, wrapping around at the end.
+    The chains are tried in order, from index `first` to the end and then from the beginning.
     """
     chosen: list[Chain] = []
     for k in range(len(chains)):
@@ -154,17 +165,21 @@ def draw_errors(
     *,
     first: int = 1,
 ) -> tuple[InjectedError, ...]:
-    """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
+    """Draw 2 to 5 errors for each chain, at least 2 frames apart.
 
-    Except in the border protocols, every error begins and ends inside the capture. A clip that is
-    too short for 2 intervals has fewer.
+    The number differs in some protocols, and a clip that is too short has fewer errors. Except in
+    the border protocols, every error begins and ends inside the capture.
 
     Parameters
     ----------
     motion
         The clean motion.
     chains
-        The chains to draw errors for; only limbs for a protocol of limb flips.
+        The chains in which to inject errors. A protocol of limb flips needs limbs.
+    rng
+        The random generator.
+    protocol
+        The protocol.
     first
         The first frame that may be changed, such as 1 for a clip with a T-pose in frame 0.
     """
@@ -177,7 +192,8 @@ def draw_errors(
             places = iter(shared)
         else:
             places = _places(motion, chain, first, rng, protocol)
-        # Positions and kinds are drawn alternately, so that a seed always gives the same errors.
+        # Places and errors are drawn alternately. Do not change this order, because a seed must
+        # always give the same errors.
         for start, stop in places:
             if protocol.together > 1 and chain is chains[0]:
                 shared.append((start, stop))
@@ -189,10 +205,10 @@ def draw_errors(
 def _places(
     motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
-    """Yield the frames of a chain's intervals, before any low-pass widens them."""
+    """Yield the frames of a chain's errors, before a low-pass filter makes them longer."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
-    if protocol.carried:  # a straight limb rolls as a whole, which is visible in no signal
+    if protocol.carried:  # no signal shows that a straight limb rolls
         taken |= ~bent_frames(motion, chain)
     for k in range(_number(rng, protocol)):
         place = _place(taken, first, rng, protocol, motion.fps, k)
@@ -202,7 +218,10 @@ def _places(
 
 
 def _number(rng: np.random.Generator, protocol: Protocol) -> int:
-    """Return the number of a chain's errors; several stretches may cover most of a clip."""
+    """Return how many errors to draw for a chain.
+
+    There is only one stretch, because several may cover most of a clip.
+    """
     if protocol.single == Kind.STRETCH.value:
         return 1
     return 2 if protocol.persists else int(rng.integers(2, 6))
@@ -241,14 +260,14 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error, or return None if its offset is 0, for example in a gap without a turn."""
+    """Draw one error, or return None if its offset is 0, for example in a gap without motion."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
-        offset = filled(motion, chain, place, protocol.fill)
+        offset = gap_offset(motion, chain, place, protocol.fill)
     else:
         delta = np.radians(rng.uniform(*protocol.delta)) * rng.choice([-1.0, 1.0])
-        offset = shaped(delta, stop - start, onset, end, rng, protocol, motion.fps)
+        offset = offset_over_time(delta, stop - start, onset, end, rng, protocol, motion.fps)
         start -= (len(offset) - (stop - start)) // 2
     seen = np.flatnonzero(np.abs(offset) >= LEAST) if protocol.fill or protocol.low_pass else None
     if seen is not None:
@@ -286,18 +305,19 @@ def inject(
 ) -> Motion:
     """Add known errors to a motion, to measure detection and correction [Choi26 §4.1.3].
 
-    The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
-    leak) ⊗ q_X. In a limb flip, a is the limb's line and X is its end, unless the end is carried
-    along. In a carried roll, C turns by R_b(δ) about its own bone as well. In a stretch or a spike,
-    only C turns, by R_b(δ) or about an axis across its bone. The function is called
-    as ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``.
+    Call it as ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``. The rotation of the
+    parent P becomes q_P ⊗ R_a(δ), where a is the bone axis, and the rotation of every child X of P
+    becomes R_a(−δ + leak) ⊗ q_X. In a limb flip, a is the limb's line, and X is the limb's end,
+    unless it turns with the limb. In a carried roll, the child C also turns by R_b(δ) about its own
+    bone b. In a stretch, only C turns, by R_b(δ), and in a spike, only C turns, about an axis
+    across its bone.
 
     Parameters
     ----------
     clip : Clip or Motion
         The clip to which the errors are added. It is not changed.
     chains : sequence of Chain, optional
-        The chains and limbs to which the errors refer. By default, they are found in the clip.
+        The chains and limbs to which the errors belong. By default, they are found in the clip.
     errors : sequence of InjectedError
         The errors to add.
 
@@ -311,7 +331,7 @@ def inject(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If an error ends after the last frame or is for an unknown chain.
+        If an error ends after the last frame, or if its chain is unknown.
 
     Examples
     --------
@@ -366,7 +386,7 @@ def inject(
 
 
 def _axis_of(error: InjectedError, skeleton: Skeleton, joint: int) -> Array:
-    """Return the axis about which an error of a single joint turns it, (3,).
+    """Return the axis about which an error of a single joint turns the joint, (3,).
 
     Raises TwistError if the joint has no bone.
     """

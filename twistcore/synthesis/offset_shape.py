@@ -1,4 +1,4 @@
-"""The shape of an injected error over time, and the choice of its frames by the pose."""
+"""The shape of an injected error over time, and frames that are chosen by the pose."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from twistcore.synthesis.protocol import Protocol, chain_increments
 
 Place: TypeAlias = tuple[int, int]
 
-STRAIGHT = float(
-    np.radians(18.0)
-)  # smallest bend; in a straighter limb the split of a twist is invisible
-SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest interval and gap
-_REACH = 2.5  # a filtered step settles within this many periods of the cut-off frequency
+# A limb that is bent by less is straight: it does not show which of its joints twists.
+STRAIGHT = float(np.radians(18.0))
+# The shortest interval, and the shortest gap between two.
+SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1
+_REACH = 2.5  # number of periods of the cut-off frequency in which a filtered step settles
 
 
-def shaped(
+def offset_over_time(
     delta: float,
     length: int,
     onset: bool,
@@ -31,9 +31,24 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset in each frame, radians, (length,). A low-pass makes it longer at both ends.
+    """Return the offset in each frame of an error, radians, (length,).
 
-    `onset` and `end` are True if the error begins, or ends, inside the clip.
+    A low-pass filter makes it longer at both ends.
+
+    Parameters
+    ----------
+    delta
+        The offset δ, radians.
+    length
+        Number of frames.
+    onset, end
+        True if the error begins, or ends, inside the clip.
+    rng
+        The random generator.
+    protocol
+        The protocol.
+    fps
+        Frames per second.
     """
     offset = np.full(length, delta)
     if protocol.drift:
@@ -55,7 +70,7 @@ def shaped(
     if protocol.jitter:
         offset = offset + np.radians(protocol.jitter) * rng.standard_normal(length)
     if protocol.low_pass:
-        # Imported here: scipy.signal loads more slowly than all other imports of this package.
+        # scipy.signal takes longer to load than all other imports of this package.
         from scipy.signal import butter, sosfiltfilt
 
         reach = filter_reach(protocol, fps)
@@ -74,12 +89,15 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return the number of frames that a low-pass adds at each end of an offset, 0 without one."""
+    """Return the number of frames that a low-pass filter adds at each end of an offset."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
-def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses in a gap, in radians. `how` is 'held' or 'interpolated'."""
+def gap_offset(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
+    """Return the offset that results if the parent's twist in a gap is filled, radians.
+
+    `how` is 'held' or 'interpolated'.
+    """
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
@@ -89,9 +107,9 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield the intervals [start, stop) in which C's bone is in line with P's.
+    """Yield the intervals [start, stop) in which the child's bone is in line with its parent's.
 
-    A chain that is always straight has no such interval.
+    A chain that is always straight has none.
     """
     if chain.grandchild < 0:
         return

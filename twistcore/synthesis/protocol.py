@@ -1,4 +1,4 @@
-"""Protocols for injected errors. Each one differs from the paper's protocol in one parameter."""
+"""Protocols by which errors are injected. Each varies one parameter of the paper's protocol."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_RICH_DELAY = 37  # frames, enough to keep the two sides of a gait from coinciding
+_RICH_DELAY = 37  # frames; the delay keeps the two sides of a gait from coinciding
 _RICH_SHARE = 0.5
 _RICH_LIMIT = 0.2  # radians per frame
 _OF_SINGLE = {"name", "text", "single", "step", "length", "delta", "clean"}
@@ -29,59 +29,63 @@ _OF_SINGLE = {"name", "text", "single", "step", "length", "delta", "clean"}
 
 @dataclass(frozen=True)
 class Protocol:
-    """Parameters of the injection; the defaults are P0 [Choi26 §4.1].
+    """Parameters of the injection. The defaults are those of the paper [Choi26 §4.1].
 
     Parameters
     ----------
+    name
+        Name of the protocol, such as 'H3-4'.
     text
         A short description.
     step
-        Keep only every step-th frame before injecting.
+        Only every `step`-th frame is kept before the injection.
     rich
         True to add motion to the quieter joint of each chain before the injection.
     length
-        Length of an interval in frames.
+        Minimum and maximum length of an interval, frames.
     delta
-        The magnitude of δ in degrees.
+        Minimum and maximum magnitude of δ, degrees.
     ramp
-        Frames of a soft onset, inside the interval.
+        Number of frames over which the offset rises and falls, inside the interval.
     low_pass
-        Cut-off in Hz of a zero-phase second-order Butterworth filter for the offset.
+        Cut-off frequency of a zero-phase second-order Butterworth filter for the offset, Hz.
     jitter, leak
-        White noise on the offset and on the compensation, in degrees.
+        Standard deviation of white noise on the offset and on the counter-rotation, degrees.
     stairs
-        Number of equal steps up to δ.
+        Number of equal steps in which the offset rises to δ.
     flicker
         True to apply the offset only in every other frame.
     compensated
         Fraction of δ by which the child turns back.
     drift
-        Seconds over which the offset grows and decays. With jump_out, it only grows.
+        Minimum and maximum duration over which the offset grows and decays, seconds.
+    jump_out
+        True for a drift that only grows and then ends with a jump.
     eased
-        True for a half cosine instead of a linear ramp.
+        True for a drift along a half cosine instead of a line.
     both
-        True for errors in two chains with a common joint.
+        True for errors in two chains that share a joint.
     together
         Number of chains with errors in the same frames.
     border
         True if the first two intervals touch the clip's ends.
     persists
-        True if the intervals at the clip's ends are the only ones.
+        True if there are only the intervals at the clip's ends.
     clean
-        True if nothing is injected.
+        True to inject nothing.
     limb
-        True if P turns about its limb's line instead of its bone. The limb's end turns with it in
-        half of the errors, at random.
+        True if the parent turns about its limb's line instead of its bone. In half of the errors,
+        at random, the limb's end turns with it.
     carried
-        True if C rolls with P while the limb is bent.
+        True if the child rolls with its parent while the limb is bent.
     single
-        The kind of error of C alone, 'stretch' or 'spike'. It moves all joints below C. A stretch
-        turns C about its own bone, and a spike turns it about an axis across the bone.
+        Kind of an error of the child alone, 'stretch' or 'spike'. All joints below the child move.
+        A stretch turns the child about its bone, and a spike about an axis across the bone.
     fill
-        How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
+        How the parent's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
     straight
-        Range of durations, in seconds, over which δ rises and falls. There is an error in every
-        interval in which the limb is straight.
+        Minimum and maximum duration over which δ rises and falls, seconds. There is an error
+        wherever the limb is straight.
     """
 
     name: str
@@ -199,7 +203,10 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """Return the protocol with a name, or several protocols joined by '+', such as 'H12+H3-4'."""
+    """Return the protocol of this name, or a combination such as 'H12+H3-4'.
+
+    Raises TwistError if a name is unknown or the protocols cannot be combined.
+    """
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
@@ -235,10 +242,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol: enriched (`rich`) and with fewer frames (`step`).
-
-    P0 changes nothing.
-    """
+    """Return the clean motion for a protocol, after applying its `rich` and `step`."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -252,11 +256,11 @@ def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Moti
 
 
 def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
-    """Add a twist to the quieter joint of every chain, for the control row 'rich'.
+    """Add a twist to the quieter joint of every chain, for the protocol H12.
 
-    The twist is computed from the livelier joint of the same segment on the other side: its
-    increments are halved, delayed by 37 frames, clipped to ±0.2 rad per frame, and accumulated.
-    Chains that have no counterpart on the other side are unchanged.
+    The twist comes from the livelier joint of the chain on the other side: its increments are
+    halved, delayed by 37 frames, clipped to ±0.2 rad per frame, and added up. Chains without a
+    counterpart on the other side do not change.
     """
     rotations = motion.rotations.copy()
     increments = {c.name: chain_increments(motion, c) for c in chains}
@@ -279,10 +283,10 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return the twist increments of a chain's parent and child, radians, (frames,) each.
+    """Return the twist increments of a chain's parent and child, radians, each (frames,).
 
-    Each increment is the rotation about the bone since the previous frame, for the parent in its
-    own coordinates and for the child in its parent's. All increments are 0 in frame 0.
+    An increment is the turn about the bone axis since the previous frame, for the parent in its own
+    coordinates and for the child in its parent's. It is 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

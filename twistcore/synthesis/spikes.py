@@ -12,15 +12,25 @@ from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
 
-_APART = 30  # frames between two spikes, so that correct frames surround each of them
-_BORDER = 16  # frames without a spike at each end
-_LARGEST = 120.0  # degrees
-_ABOVE = 1.5  # ratio to the smallest spike that the detector reports for the joint
+_APART = 30  # number of frames between two spikes, so that each is surrounded by correct frames
+_BORDER = 16  # number of frames at each end without a spike
+_LARGEST = 120.0  # largest angle of a spike, degrees
+_ABOVE = 1.5  # smallest angle, as a multiple of the smallest spike that is detected at the joint
 
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A wrong rotation of a joint in frames [start, stop): a rotation vector in radians, (3,)."""
+    """A joint's wrong rotation in a few frames.
+
+    Attributes
+    ----------
+    joint
+        Index of the joint.
+    start, stop
+        Frames [start, stop) of the spike.
+    turn
+        Rotation vector by which the joint is turned, radians, shape (3,).
+    """
 
     joint: int
     start: int
@@ -33,9 +43,18 @@ def draw_spikes(
 ) -> tuple[InjectedSpike, ...]:
     """Draw spikes of random joints about random axes, sorted by start.
 
-    `motion` is the clean motion. A spike lasts from one frame to 0.03 s. Its angle is at most 120°,
-    and at least 1.5 times the smallest spike that the detector reports for the joint. Joints
-    without three rotation channels are left out.
+    A spike lasts from one frame to 0.03 s. Its angle is at most 120°, and at least 1.5 times the
+    smallest spike that is detected at the joint. Joints without three rotation channels have no
+    spikes.
+
+    Parameters
+    ----------
+    motion
+        The clean motion.
+    rng
+        The random generator.
+    most
+        Maximum number of spikes.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)
@@ -54,7 +73,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with the spikes added, which also move all joints below."""
+    """Return the motion with the spikes, which also move all joints below."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

@@ -1,4 +1,4 @@
-"""Read and write truth files, which list the errors injected into a clip."""
+"""Read and write truth files, which list the errors that were injected into a clip."""
 
 from __future__ import annotations
 
@@ -39,16 +39,29 @@ from twistcore.work.frozen import dataclass
 SCHEMA = "twistcore.truth/1"
 _ALWAYS_CARRIED = Kind.CARRIED_ROLL, Kind.STRETCH, Kind.SPIKE
 _KINDS = tuple(k.value for k in (Kind.COUNTER_TWIST, Kind.LIMB_FLIP, *_ALWAYS_CARRIED))
-_LONGEST_NAME = 200  # maximum length of a name, for several joined protocols
-_MOST_ERRORS = 20_000  # limits the time, since each error is compared with a review's intervals
+_LONGEST_NAME = 200  # maximum length of a protocol's name, which may combine several protocols
+_MOST_ERRORS = 20_000  # limits the time of comparing each error with the intervals of a review
 SUCCESS = 0.2  # a frame is repaired if at most this share of its error remains [Choi26 §4.2.1]
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The errors injected into a clip.
+    """The errors that were injected into a clip.
 
-    `sha256` is the hash of the clip's file, if it was given, to identify the clip.
+    Attributes
+    ----------
+    clip
+        Name of the clip.
+    protocol
+        Name of the protocol.
+    seed
+        Seed of the random generator.
+    frames, fps
+        Number of frames of the clip, and frames per second.
+    errors
+        The errors.
+    sha256
+        SHA-256 of the clip's file, or '' if it is unknown.
     """
 
     clip: str
@@ -84,7 +97,7 @@ def write_truth(path: Path, truth: Truth) -> None:
 
 
 def read_truth(path: Path) -> Truth:
-    """Return the truth in a file. Raises FormatError or TwistError if it is damaged."""
+    """Read a truth file. Raises FormatError or TwistError if it is invalid."""
     data = bytes_of(path)
     with saying(path):
         document = parsed_json(data)
@@ -137,7 +150,10 @@ def _error(entry: Any, frames: int) -> InjectedError:
 
 
 def _angles(entry: Any, what: str, frames: int) -> Array:
-    """Return one angle per frame, in radians. Raises FormatError if their number is wrong."""
+    """Return an angle for each frame, radians.
+
+    Raises FormatError if there are too few or too many.
+    """
     if len(items(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
     return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

@@ -11,7 +11,7 @@ from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.marks import file_mark
 from twistcore.files.ordinary import is_file
 from twistcore.formats.clip_files import clips_in
-from twistcore.formats.reading import own_name
+from twistcore.formats.reading import file_prefix
 from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
@@ -99,7 +99,7 @@ def _meant_for(path: Path) -> Path | None:
     if is_file(said_clip):
         return said_clip
     name = path.name.removesuffix(_SESSION)
-    return next((clip for clip in clips_in(path.parent) if own_name(clip) == name), path.parent)
+    return next((clip for clip in clips_in(path.parent) if file_prefix(clip) == name), path.parent)
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:

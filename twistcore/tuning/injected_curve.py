@@ -14,7 +14,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
 from twistcore.files.encoding import encoded
-from twistcore.skeleton.chain import Chain, limbs
+from twistcore.skeleton.chain import Chain, chains_by_limb
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.synthesis import (
     SUCCESS,
@@ -67,7 +67,7 @@ def tau_curve(
         return counts(found) and not any(found.start < b and a < found.stop for a, b in rejected)
 
     alarms = np.array([sum(map(unjudged, applied(clean, t))) for t in GRID], dtype=float)
-    limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
+    limb = next(limb for limb in chains_by_limb(motion.skeleton, chains) if chain in limb)
     drawn: list[DrawnErrors] = []
     for seed in seeds:
         for kind, protocol in enumerate(map(parse_protocol, protocols)):

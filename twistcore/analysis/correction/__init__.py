@@ -1,4 +1,4 @@
-"""Removal of twist errors from a motion, and computation of the corrected clip."""
+"""Remove errors from a motion, and compute the corrected clip."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -1,7 +1,4 @@
-"""The corrected clip for a set of intervals: its offsets, poses, joint paths and angles.
-
-Everything is computed on request.
-"""
+"""Compute the corrected clip: its offsets, poses, joint paths and angles."""
 
 from __future__ import annotations
 
@@ -14,14 +11,14 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.analysis.correction.twist_removal import (
     carried_by_limb,
+    offset_remover,
     offsets_by_chain,
-    removal,
     stuck_joints,
 )
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (
     Array,
@@ -40,7 +37,15 @@ _SAME_AXIS = 1.0 - 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Angles:
-    """The angles θp, θc, Δθp and Δθc of a chain as in TwistSignals, each (frames,), radians."""
+    """The angles of a chain in every frame, radians, as in :class:`TwistSignals`.
+
+    Attributes
+    ----------
+    theta_p, theta_c
+        The angles θp and θc, shape (frames,).
+    dtheta_p, dtheta_c
+        Their increments, shape (frames,).
+    """
 
     theta_p: Array
     theta_c: Array
@@ -49,16 +54,16 @@ class Angles:
 
 
 class Corrected:
-    """A clip after the correction of the intervals that are given to :meth:`take`.
+    """A clip after the correction of the intervals that :meth:`take` was given.
 
-    Offsets and closed forms of unchanged chains are reused, because the result must update quickly
-    while a user drags τ.
+    Results of unchanged chains are reused, because the corrected clip must be updated quickly while
+    a user drags τ.
     """
 
     def __init__(self, analysis: ClipAnalysis) -> None:
         self._analysis = analysis
         self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
-        # Do not show corrections that an export cannot write.
+        # Corrections that an export could not write are not shown.
         self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
         self._free_carried = {
             c.name for c in self._chains if not uncorrectable_joints(self._motion, c, carried=True)
@@ -68,16 +73,17 @@ class Corrected:
         self._offsets: dict[str, Array] = {}
         self._carried: dict[str, Array] = {}
         self._repairs = JointRepairs(())
-        self._alone: list[Interval] = []  # the intervals of single joints
-        # the intervals of which each offset is the sum, keyed by chain name
+        self._alone: list[Interval] = []  # intervals of single joints
+        # The intervals whose offsets were added up, keyed by chain name.
         self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
-        self._last: tuple[int, tuple[Array, Array]] | None = None  # a frame and its pose
+        # The last frame that was requested, and its pose.
+        self._last: tuple[int, tuple[Array, Array]] | None = None
 
     def take(self, intervals: Iterable[Interval]) -> bool:
-        """Set the intervals to correct, and return True if they differ from the previous ones.
+        """Set the intervals to correct. Return True if they differ from the previous ones.
 
-        The offsets of unchanged chains are reused.
+        Offsets of unchanged chains are reused.
         """
         chosen: dict[str, list[Interval]] = {}
         alone: list[Interval] = []
@@ -112,13 +118,14 @@ class Corrected:
         return self._carried.get(limb, self._none)
 
     def repairs(self, frame: int) -> tuple[Interval, ...]:
-        """Return the intervals of single joints that are corrected at a frame."""
+        """Return the intervals of single joints that are corrected in a frame."""
         return self._repairs.at(frame, frame + 1)
 
     def pose(self, frame: int) -> tuple[Array, Array]:
-        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
+        """Return a frame's global rotations, (joints, 4), and positions, (joints, 3).
 
-        The arrays are read-only. The last pose is cached, because all parts of a picture need it.
+        The arrays are read-only. The last pose is cached, because several parts of a picture need
+        it.
         """
         if (last := self._last) is None or last[0] != frame:
             rotations, positions = (part[0].view() for part in self._poses(frame, frame + 1))
@@ -126,10 +133,11 @@ class Corrected:
             self._last = last = frame, (rotations, positions)
         return last[1]
 
-    def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
-        """Return the positions of joints in frames [start, stop), (frames, joints, 3).
+    def joint_paths(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
+        """Return the paths of joints in frames [start, stop), shape (frames, joints, 3).
 
-        The positions are computed from the corrected rotations, not assumed to be unchanged.
+        The positions are computed from the corrected rotations, and are not assumed to be
+        unchanged.
         """
         return self._poses(start, stop)[1][:, joints]
 
@@ -142,11 +150,13 @@ class Corrected:
 
     def _part(self, start: int, stop: int) -> Motion:
         """Return frames [start, stop) of the corrected motion."""
-        made = removal(self._motion, self._chains, self._offsets, self._carried, self._repairs)
+        made = offset_remover(
+            self._motion, self._chains, self._offsets, self._carried, self._repairs
+        )
         return made(start, stop)
 
     def angles(self, chain: Chain) -> Angles:
-        """Return the angles of a chain, in closed form if possible and from quaternions if not."""
+        """Return a chain's angles, in closed form if possible, or else from quaternions."""
         if chain.name not in self._forms:
             exact = not isinstance(chain, Helper) and _has_closed_form(
                 self._analysis, chain, self._free
@@ -159,10 +169,11 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """Return the swivel angle φ of a limb minus its offset, radians, (frames,).
+        """Return a limb's swivel angle φ after the correction, radians, (frames,).
 
-        A correction of the chain above, whose child is P, turns the coordinates in which φ is
-        measured. In these frames φ is computed from the corrected pose. The height does not change.
+        The limb's offset is subtracted from φ. A correction of the chain above, whose child is the
+        limb's first joint, turns the coordinates in which φ is measured. In these frames, φ is
+        computed from the corrected pose.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -171,21 +182,18 @@ class Corrected:
             if len(at) and limb.parent in children[chain.parent]:
                 axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
                 ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
-                child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
+                child, end = (rotate(ahead, p) for p in limb_positions(self._motion.at(at), limb))
                 angle = angle.copy()
                 angle[at] = swivel.angle_at(child, end)
         angle = wrap(angle - self.offset(limb.name))
         path = limb.parent, *joint_path(self._motion.skeleton, limb.parent, limb.end)[:-1]
         for interval in self._repairs_among(path):
             start, stop = interval.start, interval.stop
-            angle[start:stop] = swivel.angle_at(*places(self._part(start, stop), limb))
+            angle[start:stop] = swivel.angle_at(*limb_positions(self._part(start, stop), limb))
         return angle
 
     def _is_turned_by_others(self, chain: Chain) -> bool:
-        """True if a correction other than a twist correction turns a joint of the chain.
-
-        Such a correction belongs to a limb that begins or ends at the joint, or to a single joint.
-        """
+        """Return True if a correction of a limb or a single joint turns a joint of the chain."""
         ends = {chain.parent, chain.child}
         flipped = any(
             isinstance(limb, Limb)
@@ -203,12 +211,12 @@ class Corrected:
 
 
 class _ClosedForm:
-    """The angles of one chain after a correction, computed from the offsets alone.
+    """The angles of a chain after a correction, computed from the offsets alone.
 
-    A correction turns P back about the bone axis by the offset and C forward by the same angle, so
-    θp decreases by the offset and the child's azimuth increases by it. No quaternion of P or C is
-    needed. Only the correction of the chain above, whose child is P, multiplies P's rotation from
-    the left; in these frames θp is computed from quaternions.
+    A correction turns the parent back about the bone axis by the offset, and the child forward by
+    the same angle. So θp decreases by the offset, and θc increases by it, and no quaternion is
+    needed. Only the correction of the chain above multiplies the parent's rotation from the left.
+    In those frames, θp is computed from quaternions.
     """
 
     def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:
@@ -224,7 +232,7 @@ class _ClosedForm:
         self._defined = defined & np.roll(defined, 1)
 
     def angles(self, corrected: Corrected) -> Angles:
-        """Return the angles after the corrections of this chain and of the chains above it."""
+        """Return the angles after the corrections of this chain and of the chains above."""
         own = corrected.offset(self._chain.name)
         theta_p = self._signals.theta_p
         for chain in self._above:
@@ -249,9 +257,10 @@ class _ClosedForm:
 
 
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
-    """Return True if the angles of a corrected chain follow from the offsets alone.
+    """Return True if a chain's corrected angles follow from the offsets alone.
 
-    This is not the case if an axis varies, or if C is turned about an axis other than its bone.
+    They do not if the bone axis varies, or if a correction turns the child about another axis than
+    its own bone.
     """
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]

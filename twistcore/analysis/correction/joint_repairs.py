@@ -1,7 +1,7 @@
-"""Repair of single-joint errors. They are corrected only if a person accepts them.
+"""Repair errors of single joints, which are corrected only if a person accepts them.
 
 A kind of error names its repair in :attr:`KindInfo.repairer`. Repairs are applied after twists and
-flips have been removed, in the order of the kinds, and change nothing outside the intervals.
+flips have been removed, in the order of the kinds. They change nothing outside the intervals.
 """
 
 from __future__ import annotations
@@ -29,16 +29,21 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_ASIDE = 1e-4  # share of the height: a child farther from the axis is moved by a correction
+# Share of the height; a rotation about the bone moves a child that is farther from it.
+_ASIDE = 1e-4
 
 
 @dataclass(frozen=True)
 class JointRepair:
     """The repair of one kind of error.
 
-    - repaired: function that takes a motion and intervals of the kind, and returns the motion
-      without these errors
-    - neighbours: number of frames that it needs on either side of an interval
+    Attributes
+    ----------
+    repaired
+        A function that takes a motion and the intervals of this kind, and returns the corrected
+        motion.
+    neighbours
+        Number of frames on either side of an interval that the function needs.
     """
 
     repaired: Callable[[Motion, Sequence[Interval]], Motion]
@@ -47,9 +52,9 @@ class JointRepair:
 
 @cache
 def repair_of(kind: Kind) -> JointRepair | None:
-    """Return the repair of a kind, or None if the kind has none.
+    """Return the repair of a kind of error, or None if it has none.
 
-    Raises TwistError if the module with the repair cannot be loaded.
+    Raises TwistError if the module of the repair cannot be loaded.
     """
     module, _, name = kind.info.repairer.partition(":")
     if not module:
@@ -64,24 +69,24 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs for the single-joint errors among the given intervals."""
+    """The repairs of the single-joint errors among some intervals."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)
         self.intervals = tuple(sorted(own, key=lambda i: i.kind.info.place))
 
     def at(self, start: int, stop: int) -> tuple[Interval, ...]:
-        """Return the intervals with frames in [start, stop)."""
+        """Return the intervals that have frames in [start, stop)."""
         return tuple(i for i in self.intervals if i.start < stop and start < i.stop)
 
     def needed(self, start: int, stop: int, frames: int) -> tuple[int, int]:
-        """Return the range of frames [low, high) needed to compute frames [start, stop).
+        """Return the range of frames that is needed to compute frames [start, stop).
 
         `frames` is the number of frames of the clip.
         """
         low, high = start, stop
         known: tuple[Interval, ...] = ()
-        while (there := self.at(low, high)) != known:  # adjacent intervals are bridged together
+        while (there := self.at(low, high)) != known:  # adjacent intervals are interpolated as one
             known = there
             for interval in there:
                 repair = repair_of(interval.kind)
@@ -91,7 +96,10 @@ class JointRepairs:
         return low, high
 
     def applied(self, motion: Motion, low: int = 0) -> Motion:
-        """Return the motion with all repairs applied; `low` is the clip's frame at its start."""
+        """Return a part of the motion with all repairs applied.
+
+        `low` is the index of the part's first frame in the clip.
+        """
         here = self.at(low, low + motion.frames)
         for kind in dict.fromkeys(i.kind for i in here):
             if (repair := repair_of(kind)) is not None:
@@ -104,14 +112,14 @@ def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
     """Return the joints whose local rotation a repair changes.
 
     These are the interval's joint and, unless they turned with it, its children. Raises TwistError
-    if there is no such joint.
+    if the skeleton does not have the joint.
     """
     joint = joint_of(skeleton, interval)
     return (joint,) if interval.carried else (joint, *skeleton.children[joint])
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """True if a repair moves other joints. A rotation about the bone does not."""
+    """Return True if a repair moves other joints, which a rotation about the bone does not."""
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
     axis = own_axis(skeleton, joint)
@@ -124,7 +132,10 @@ def moves_joints(motion: Motion, interval: Interval) -> bool:
 
 
 def joint_of(skeleton: Skeleton, interval: Interval) -> int:
-    """Return the index of an interval's joint. Raises TwistError if there is no such joint."""
+    """Return the index of an interval's joint.
+
+    Raises TwistError if the skeleton does not have the joint.
+    """
     try:
         return skeleton.index(interval.joint)
     except KeyError:
@@ -134,10 +145,10 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
 
 
 def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Turn joints back about their bones: q' = q ⊗ R_b(−offset).
+    """Turn joints back about their bones by the offset δ: q' = q ⊗ R_b(−δ), where b is the bone.
 
-    Children that did not turn with the joint keep their orientation: q'_X = R_b(offset) ⊗ q_X. The
-    joint at the end of the bone keeps its position.
+    A child c that did not turn with the joint keeps its orientation: q'_c = R_b(δ) ⊗ q_c. The joint
+    at the end of the bone keeps its position.
     """
     skeleton, rotations = motion.skeleton, motion.rotations.copy()
     for joint, own in _by_joint(skeleton, intervals):
@@ -156,10 +167,10 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Replace a joint's rotation by interpolation (slerp) between the frames before and after.
+    """Replace joints' rotations by slerp between the frames before and after each interval.
 
     The joints below follow. At an end of the clip, the rotation of the only neighbouring frame is
-    used. Frames without an offset are not changed.
+    used. Frames with an offset of 0 do not change.
     """
     rotations = motion.rotations.copy()
     for joint, own in _by_joint(motion.skeleton, intervals):

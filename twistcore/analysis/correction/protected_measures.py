@@ -1,7 +1,7 @@
-"""Measures of the limb and its neighbours that a correction must not make worse.
+"""Measure quantities of a limb and its neighbours that a correction must not make worse.
 
-Each of the five is measured only in the frames around the interval, except the hinge, which is
-determined from the rest of the clip.
+They are measured in the frames around the interval. Only a joint's hinge is determined from the
+rest of the clip.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, 
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, bones, joint_path, places
+from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, multiply, rotate
 from twistcore.work.frozen import dataclass
@@ -31,24 +31,32 @@ from twistcore.work.frozen import dataclass
 HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
 NAMES = HINGE, TURNS, ROLL, PATH, ENDS
 UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
-EXACT = 3.0  # degrees; a joint has a hinge if 95 % of a clip is this close to it
+EXACT = 3.0  # degrees; a joint has an exact hinge if 95 % of a clip is this close to it
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
-SHARE = {ROLL: 0.5}  # tolerance as a share of the value before, used if it is the larger one
-_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb, keyed by the first
-_BESIDE = 3  # frames on either side of an interval
-_BENT = 30.0  # degrees of bend below which the path is checked instead of the hinge
+SHARE = {ROLL: 0.5}  # share of the value before the correction; used as tolerance if it is larger
+_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the second bone of a limb, keyed by its first bone
+_BESIDE = 3  # number of frames on either side of an interval that are measured
+_BENT = 30.0  # degrees; the hinge of a limb that is bent by less is not measured
 
 
 @dataclass(frozen=True)
 class ProtectedMeasure:
-    """One measure of one correction, before and after it.
+    """A quantity that a correction must not make worse, before and after the correction.
 
-    - name: one of NAMES
-    - unit: one of UNITS
-    - before, after: the values as captured and after the correction
-    - worse: True if the value grew by more than its tolerance
-    - joint: the name in the skeleton of the joint where the value was measured
-    - word: the everyday name of that joint
+    Attributes
+    ----------
+    name
+        One of NAMES.
+    unit
+        One of UNITS.
+    before, after
+        The values as captured and after the correction.
+    worse
+        True if the value grew by more than its tolerance.
+    joint
+        The name, in the skeleton, of the joint at which the value was measured.
+    word
+        The everyday word for that joint, such as 'elbow'.
     """
 
     name: str
@@ -61,7 +69,7 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """The increase of the measure; negative if the correction improved it."""
+        """The increase of the value, which is negative if the correction improved it."""
         return self.after - self.before
 
     @property
@@ -85,11 +93,16 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The joints of a clip that bend like an exact hinge, each determined on first use.
+    """The joints of a clip that bend like an exact hinge, each determined when first needed.
 
-    - motion: the clip
-    - finds: all intervals of the clip; their frames are not used to determine a hinge
-    - known: signals that were already computed, keyed by chain name
+    Attributes
+    ----------
+    motion
+        The motion.
+    finds
+        All intervals of the clip. Their frames are not used to determine a hinge.
+    known
+        Signals that were already computed, keyed by chain name.
     """
 
     motion: Motion
@@ -98,10 +111,10 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return a joint's deviation from its exact hinge, degrees, (frames,).
+        """Return a joint's deviation from its hinge plane, degrees, (frames,).
 
-        The deviation is NaN in frames in which the limb is too straight to measure it. Returns
-        None if the joint has no exact hinge.
+        The result is None if the joint has no exact hinge, and NaN in frames in which the limb is
+        too straight to measure the deviation.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -121,10 +134,10 @@ class Hinges:
         return np.where(signals.bend > _BENT, side.off, np.nan)
 
 
-def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return an interval restricted to the given frames (in ascending order).
+def interval_at_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
+    """Return the part of an interval that is in the given frames, which are in ascending order.
 
-    The result counts these frames only, and is empty if the interval contains none of them.
+    Its frames are counted among the given ones. It is empty if the interval contains none of them.
     """
     start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
     return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
@@ -137,26 +150,36 @@ def protected_measures(
     hinges: Hinges | None = None,
     others: Sequence[Interval] = (),
 ) -> tuple[ProtectedMeasure, ...]:
-    """Return the measures that a correction changes in the limb and its neighbours.
+    """Measure how a correction affects the limb and its neighbours.
 
-    The measures, each with its tolerance:
+    Nothing is measured for an interval that cannot be corrected.
 
-    - *hinge*: the mean deviation of the corrected joint from its exact hinge, in frames in which
-      the limb is bent by more than 30°; measured if 95 % of the clip is within 3° of a hinge.
-      Tolerance: 1°.
-    - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
-      any body does (:func:`lone_jumps.limit`). Tolerance: none.
-    - *next joint's roll*: the fastest rotation about its own bone, in degrees per frame, of the
-      joint below: C for a counter-twist, the limb's end for a flip. Tolerance: 5°, or half of the
-      value before.
-    - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
-    - *ends*: the movement of a joint that should stay in place, % of the skeleton's height.
-      Tolerance: 0.1 %. Leaf joints off the bone, such as helpers, turn with it.
+    - *hinge*: mean deviation of the corrected joint from its exact hinge, in frames in which the
+      limb is bent by more than 30°. A joint has an exact hinge if 95 % of the clip is within 3° of
+      it. Tolerance: 1°.
+    - *impossible turns*: number of frames in which a joint of the limb turns about its own axis
+      faster than any body can (:func:`lone_jumps.limit`). Tolerance: none.
+    - *next joint's roll*: fastest rotation of the next joint about its own bone, in degrees per
+      frame. The next joint is the child for a counter-twist and the limb's end for a flip.
+      Tolerance: 5°, or half of the value before the correction.
+    - *path*: for a flip, length of the middle joint's path, in % of the limb's length. Tolerance:
+      0.1 %.
+    - *ends*: movement of a joint that should stay in place, in % of the skeleton's height. Leaf
+      joints off the bone, such as helpers, may move. Tolerance: 0.1 %.
 
-    `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges; pass the
-    same object for all corrections. Without `hinges`, the hinges are determined from the motion.
-    `others` are intervals that are corrected both before and after. Nothing is measured for an
-    interval that cannot be corrected.
+    Parameters
+    ----------
+    motion
+        The motion.
+    chains
+        All chains and limbs of the motion.
+    interval
+        The interval to correct.
+    hinges
+        The clip's hinges. Pass the same object for all intervals. By default, the hinges are
+        determined from the motion.
+    others
+        Intervals that are corrected both before and after this correction.
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
@@ -182,9 +205,10 @@ def protected_measures(
 def _bone_of(
     motion: Motion, chains: Sequence[Chain], owner: Chain, interval: Interval
 ) -> Chain | None:
-    """Return the bone as a chain for an error of a single joint, or None if it has no bone.
+    """Return the chain that begins at the joint of a single-joint error, or None.
 
-    If a chain begins at the joint, it is returned. `owner` is the chain that lists the error.
+    If there is none, a chain is made from the joint and its first child that has a bone. `owner` is
+    the chain in which the error is listed.
     """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     for chain in chains:
@@ -197,7 +221,10 @@ def _bone_of(
 
 
 class _Around:
-    """The frames around an interval, before and after its correction."""
+    """The frames around an interval, before and after its correction.
+
+    The second axis of all arrays is before and after the correction.
+    """
 
     def __init__(
         self,
@@ -228,14 +255,14 @@ class _Around:
 
     @cached_property
     def own(self) -> Array:
-        """The local rotations of the limb's joints, (frames, 2, joints, 4), before and after."""
+        """Local rotations of the limb's joints, (frames, 2, joints, 4)."""
         return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
 
     @cached_property
     def from_parent(self) -> Array:
-        """The rotations of the limb's joints relative to P's parent, (frames, 2, joints, 4).
+        """Rotations of the limb's joints in the coordinates of the first joint's parent.
 
-        As in all these arrays, the second axis is before and after the correction.
+        The shape is (frames, 2, joints, 4).
         """
         out = self.own.copy()
         for k in range(1, len(self.joints)):
@@ -244,7 +271,7 @@ class _Around:
 
     @cached_property
     def in_room(self) -> Array:
-        """The rotations of the limb's joints in world space, (frames, 2, joints, 4)."""
+        """Global rotations of the limb's joints, (frames, 2, joints, 4)."""
         above = np.zeros((self.captured.frames, 2, 4))
         above[..., 0] = 1.0
         for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
@@ -254,23 +281,27 @@ class _Around:
 
     @cached_property
     def axes(self) -> Array:
-        """The bone axis of each joint, (joints, 3), zeros for a joint without one."""
+        """The bone axis of each joint, (joints, 3), with zeros for a joint that has none."""
         axes = (own_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
     @cached_property
     def turns(self) -> Array:
-        """The local rotation of each joint about its bone axis, (frames, 2, joints)."""
+        """Turn of each joint about its bone axis since the previous frame, (frames, 2, joints)."""
         return turns_about(self.own, self.axes)
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
-        """The positions of C and E relative to P before and after, in the frame of P's parent."""
+        """Positions of the limb's middle joint and end relative to its first joint.
+
+        The first pair is before and the second pair after the correction. Coordinates are those of
+        the first joint's parent.
+        """
         assert isinstance(self.chain, Limb)
-        return [places(m, self.chain) for m in self.both]
+        return [limb_positions(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """Return a measure at a joint and whether it became worse."""
+        """Return a measure at a joint, which knows whether the correction made it worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -278,7 +309,7 @@ class _Around:
         )
 
     def _word(self, joint: int) -> str:
-        """Return the everyday name of a joint of the limb, such as 'elbow'."""
+        """Return the everyday word for a joint of the limb, such as 'elbow'."""
         segment = self.chain.segment
         if isinstance(self.chain, Limb):
             if joint == self.chain.child:
@@ -288,7 +319,10 @@ class _Around:
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure the corrected joint's deviation from its exact hinge while the limb is bent."""
+    """Measure how far the corrected joint deviates from its hinge.
+
+    The result is None if the joint has no exact hinge or the limb is straight.
+    """
     interval = around.interval
     chain = next((c for c in chains if _shows_bend_direction(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
@@ -310,14 +344,14 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
 
 
 def _shows_bend_direction(chain: Chain, joint: int) -> bool:
-    """True if the chain's signals contain the direction in which this joint bends."""
+    """Return True if a chain's signals contain the direction in which the joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
 def _impossible(around: _Around) -> ProtectedMeasure:
-    """Count the frames in which a joint of the limb turns faster than any body does."""
+    """Count the frames in which a joint of the limb turns faster than any body can."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
-    if may_be_too_fast(around.turns, fps).any():  # rare, and quick to check
+    if may_be_too_fast(around.turns, fps).any():  # a quick check that rarely finds anything
         in_room = turns_about(around.in_room, around.axes)
         counts = too_fast(in_room, around.turns, fps).sum(axis=0)
     before, after = counts.sum(axis=1).tolist()
@@ -334,10 +368,13 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 
 
 def _path(around: _Around) -> ProtectedMeasure | None:
-    """Measure the length of the middle joint's path in P's parent's frame, % of the limb."""
+    """Measure the length of the middle joint's path, % of the limb's length, or None for a chain.
+
+    Positions are relative to the first joint, in the coordinates of its parent.
+    """
     if not isinstance(limb := around.chain, Limb):
         return None
-    whole = sum(bones(around.captured, limb))
+    whole = sum(bone_lengths(around.captured, limb))
     before, after = (
         100.0 * float(np.linalg.norm(np.diff(child, axis=0), axis=1).sum()) / whole
         for child, _ in around.places
@@ -355,7 +392,7 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
         largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
         turning = () if around.interval.carried else (chain.end,)
     elif kind.info.repairer and not kind.by_angle:
-        return None  # everything below the joint is meant to move
+        return None  # all joints below are meant to move
     elif kind.info.repairer and around.interval.carried:
         turning = (chain.parent,)
     for joint in turning:
@@ -372,5 +409,8 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """Return False for a child of P that is only a helper, that is, a leaf joint off the bone."""
+    """Return False for a child of the parent joint that is a leaf joint off the bone.
+
+    Such a joint is only a helper.
+    """
     return joint == chain.child or bool(skeleton.children[joint])

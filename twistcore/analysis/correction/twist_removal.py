@@ -1,6 +1,6 @@
-"""Removal of errors from a motion, without any other change [Choi26 Eq. 14-15].
+"""Remove errors from a motion and change nothing else [Choi26 Eq. 14-15].
 
-Errors of single joints that a person has accepted are removed last: see `joint_repairs.py`.
+Errors of single joints that a person has accepted are removed last, by `joint_repairs.py`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import (
@@ -31,8 +31,9 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
-SURE_ENOUGH = 0.5  # default confidence from which an interval is corrected automatically
-_FOLDED = 1e-6  # share of the skeleton's height: a shorter line has no direction
+SURE_ENOUGH = 0.5  # default for the minimum confidence of automatic corrections
+# Share of the skeleton's height; a shorter line from a limb's first joint to its end is ignored.
+_FOLDED = 1e-6
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
@@ -43,13 +44,22 @@ def automatic_corrections(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """Return the intervals that are corrected automatically. No other function makes this decision.
+    """Return the intervals that are corrected automatically.
 
-    Lone jumps are left out because they have no offset to remove. Helper rolls, stretches and
-    spikes are left out because their confidence is not measured. An interval needs a confidence of
-    at least `at_least`, 0…1, or of :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a
-    detector without confidence, such as the paper's, are corrected only if `at_least` is not given.
-    Open intervals are corrected only on request. `confidence` replaces the detector's own values.
+    This is decided nowhere else. Lone jumps are left out because they have no offset to remove.
+    Helper rolls, stretches and spikes are left out because their confidence is not measured.
+
+    Parameters
+    ----------
+    intervals
+        The intervals to choose from.
+    at_least
+        Minimum confidence, 0…1. By default, :data:`SURE_ENOUGH`. Intervals of a detector without
+        confidence, such as the paper's, are corrected only by default.
+    include_open
+        True to include open intervals.
+    confidence
+        Function that returns the confidence of an interval. By default, the detector's.
     """
     return tuple(
         i
@@ -65,9 +75,9 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the intervals' offsets for each chain, radians in (−π, π], (frames,).
+    """Return the sum of the intervals' offsets for each chain, keyed by chain name.
 
-    The dict is keyed by chain name. Errors of single joints are left out.
+    Offsets are in radians in (−π, π], shape (frames,). Errors of single joints are left out.
     """
     total: dict[str, Array] = {}
     for interval in intervals:
@@ -80,9 +90,9 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return, for each chain or limb, the sum of the offsets that C or the limb's end followed.
+    """Return the sum of the offsets that a chain's child or a limb's end followed.
 
-    The result has the same form as :func:`offsets_by_chain`.
+    The form of the result is the same as in :func:`offsets_by_chain`.
     """
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
@@ -111,7 +121,7 @@ def refine(
     chains: Correctable | Iterable[Interval] | Sequence[Chain],
     intervals: Iterable[Interval] | None = None,
 ) -> Motion:
-    """Remove errors from a motion; all other frames and joints keep exactly the same rotations.
+    """Remove errors from a motion. All other frames and joints keep exactly the same rotations.
 
     Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
 
@@ -120,13 +130,13 @@ def refine(
     clip : Clip or Motion
         The clip to correct. It is not changed.
     found : Detection, Review or iterable of Interval
-        The intervals to remove: from a detection, the automatic corrections; from a review, the
-        accepted ones; from an iterable, all. Their chains are looked up in the clip. Stretches and
+        The automatic corrections of a detection, the accepted intervals of a review, or all
+        intervals of an iterable are removed. Their chains are looked up in the clip. Stretches and
         spikes are corrected only from a review.
     chains : sequence of Chain
-        The chains and limbs that the intervals name.
+        The chains and limbs to which the intervals belong.
     intervals : iterable of Interval
-        The intervals to remove. Intervals of other chains are left out, and so are intervals that
+        The intervals to remove. Intervals of other chains are ignored, and so are intervals that
         cannot be corrected because a joint lacks rotation channels.
 
     Returns
@@ -169,14 +179,14 @@ def refine(
         raise TwistError(
             f"expected intervals inside the clip ({motion.frames} frames), found {beyond!r}"
         )
-    # The positions stay the same array, which shows a writer that none has changed.
+    # Positions stay the same object, which tells a writer that they have not changed.
     return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
 
 
 def refiner(
     motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
 ) -> Callable[[int, int], Motion]:
-    """Return a function that computes only frames [start, stop) of the result of :func:`refine`."""
+    """Return a function that computes frames [start, stop) of the result of :func:`refine`."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
@@ -184,10 +194,10 @@ def refiner(
         if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
     ]
     offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
-    return removal(motion, chains, offsets, carried, JointRepairs(intervals))
+    return offset_remover(motion, chains, offsets, carried, JointRepairs(intervals))
 
 
-def removal(
+def offset_remover(
     motion: Motion,
     chains: Sequence[Chain],
     offsets: Mapping[str, Array],
@@ -196,7 +206,7 @@ def removal(
 ) -> Callable[[int, int], Motion]:
     """Return a function that computes frames [start, stop) of a corrected motion.
 
-    `offsets` and `carried` are the same as for :func:`remove_twist`. `repairs` are the repairs of
+    `offsets` and `carried` are the same as in :func:`remove_twist`. `repairs` are the repairs of
     single joints.
     """
 
@@ -215,9 +225,10 @@ def removal(
 
 
 def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[Interval]]:
-    """Return the chains of a motion and the intervals to remove from it.
+    """Return the motion's chains and the intervals to remove.
 
-    `found` is a detection, a review or an iterable of intervals.
+    `found` is a detection, a review or an iterable of intervals. Raises TypeError for anything
+    else.
     """
     if isinstance(found, Correctable):
         return found.to_correct(motion)
@@ -229,7 +240,7 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
-    """Return the joints that cannot be corrected because they lack three rotation channels."""
+    """Return the names of joints that cannot be corrected because they lack rotation channels."""
     own = [i for i in intervals if i.chain == chain.name]
     carried = {i.carried for i in own if not i.kind.info.repairer}
     stuck = uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
@@ -248,19 +259,31 @@ def remove_twist(
     offsets: Mapping[str, Array],
     carried: Mapping[str, Array] = MappingProxyType({}),
 ) -> Motion:
-    """Remove offsets from chains and limbs. Frames with an offset of 0 stay the same bit by bit.
+    """Remove offsets from chains and limbs.
 
-    `offsets` are the angles to remove, radians, (frames,), keyed by name. `carried` is the part of
-    the offset that a limb's end, or a chain's C, followed.
+    Frames with an offset of 0 stay the same bit by bit. The order of corrections does not matter,
+    because no twist moves a limb's line in world space.
 
-    Chains: q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X. All
-    global rotations below P stay the same, and so do all joint positions except those of children
-    off the axis (:func:`children_off_axis`). If C rolled with P, q'_C ⊗ R_b(−carried) turns it back
-    about its own bone: G's joint does not move, and everything below C turns back with it.
+    For a chain of joints P, C and G, q'_P = q_P ⊗ R_a(−offset), where a is the bone axis, and q'_X
+    = q'_P⁻¹ ⊗ q_P ⊗ q_X for every child X of P. All global rotations below P stay the same, and so
+    do all joint positions except those of children off the axis (:func:`children_off_axis`). If C
+    rolled with P, C is also turned back about its own bone b by R_b(−carried). G keeps its
+    position, and all joints below C turn back with it.
 
-    Limbs: q'_P = R_u(−offset) ⊗ q_P about the limb's line u in the frame of P's parent. E keeps its
-    position, and its global rotation except for the carried part; C keeps its local rotation and
-    moves. The order of corrections does not matter: no twist moves a limb's line in world space.
+    For a limb of joints P, C and E, q'_P = R_u(−offset) ⊗ q_P, where u is the line from P to E in
+    the coordinates of P's parent. E keeps its position and, except for the carried part, its global
+    rotation. C keeps its local rotation and moves.
+
+    Parameters
+    ----------
+    motion
+        The motion to correct. It is not changed.
+    chains
+        Chains and limbs.
+    offsets
+        Angles to remove, radians, (frames,), keyed by name.
+    carried
+        The part of each offset that a chain's child or a limb's end followed.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -268,7 +291,8 @@ def remove_twist(
         if offset is None or uncorrectable_joints(motion, chain, carried=True):
             continue
         at, along = np.flatnonzero(offset), carried.get(chain.name)
-        if uncorrectable_joints(motion, chain):  # a carried end does not need to be turned
+        # Only frames in which the end was carried can be corrected.
+        if uncorrectable_joints(motion, chain):
             at = at[offset[at] == along[at]] if along is not None else at[:0]
         if not len(at):
             continue
@@ -283,7 +307,7 @@ def remove_twist(
         parent = rotations[at, chain.parent]
         back = quaternion_from_axis_angle(axis, -offset[at])
         rotations[at, chain.parent] = normalise(multiply(parent, back))
-        # q'_P⁻¹ ⊗ q_P = R_a(offset) for any q_P.
+        # For any q_P, q'_P⁻¹ ⊗ q_P = R_a(offset).
         ahead = quaternion_from_axis_angle(axis, offset[at])
         for child in motion.skeleton.children[chain.parent]:
             rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
@@ -293,7 +317,10 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn C back about its bone by the angle by which it rolled with P. G does not move."""
+    """Turn a chain's child back about its own bone by the angle by which it rolled with its parent.
+
+    The grandchild keeps its position.
+    """
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
     rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
@@ -302,7 +329,7 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about its bone; the joints below it keep their orientation."""
+    """Turn a helper back about its bone. The joints below keep their orientation."""
     axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
     before = rotations[at, helper.parent]
     after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
@@ -320,13 +347,14 @@ def _turn_limb(
     offset: Array,
     kept: Array,
 ) -> None:
-    """Turn a limb back about its line in the frames `at`, and turn its end forward by `kept`.
+    """Turn a limb back by `offset` about its line, and turn its end forward by `kept`.
 
-    The line is measured in the current frame of P's parent, because a correction of the chain above
-    turns that frame. A folded limb, whose end coincides with its first joint, has no line and is
-    not turned.
+    The line from the first joint to the end is measured in the current coordinates of the first
+    joint's parent, because a correction of the chain above turns them. If the end coincides with
+    the first joint, there is no line, and the limb is not turned. `at` are the frames, and both
+    angles are in radians, shape (n,).
     """
-    _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
+    _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
     line = to_end / np.maximum(length, 1e-12)[:, None]
     there = length > _FOLDED * motion.skeleton.height
@@ -336,7 +364,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # The numbers of an end that turned with the limb stay exactly the same, even as text.
+    # The rotation of an end that turned with the limb must stay the same in every bit.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]
@@ -344,11 +372,11 @@ def _turn_limb(
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
-    """Return the unit axis of the correction in the frames `at`, (3,) or (n, 3).
+    """Return the unit axis of a correction in the frames `at`, (3,) or (n, 3).
 
-    If the joints have position channels, the axis points to the child's exact position in each
-    frame, even if its direction varies by less than the 1° that detection ignores. A rotation about
-    a mean axis would move the child.
+    If the child has position channels, the axis points to its exact position in each frame, even if
+    its direction varies by less than the 1° that detection ignores. A rotation about a mean axis
+    would move the child.
     """
     if chain.child in motion.positioned:
         place = motion.translation(chain.child)[at]
@@ -358,13 +386,13 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Return the children of P that a correction moves because they are off the bone axis.
+    """Return the children of a chain's parent joint that a correction moves.
 
-    The result maps joint names to distances from the axis, in the file's unit. It is empty for an
-    ordinary limb.
+    These children are off the bone axis. The result maps joint names to distances from the axis, in
+    the file's unit. It is empty for an ordinary limb.
     """
     out: dict[str, float] = {}
-    if isinstance(chain, Limb):  # a limb's children are meant to move with it
+    if isinstance(chain, Limb):  # the joints of a limb are meant to move
         return out
     skeleton = motion.skeleton
     axis = np.atleast_2d(chain.axis)

@@ -1,6 +1,6 @@
-"""The quantities of [Choi26 §3] for a single frame, as captured or altered."""
+"""Compute the quantities of [Choi26 §3] for a single frame, as captured or with changes."""
 
-from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, staged
+from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, rotation_at_stage
 from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame
 from twistcore.analysis.decomposition.frame_quantities import UNDEFINED, Decomposition, decompose
 from twistcore.analysis.decomposition.rotation_forms import (
@@ -23,6 +23,6 @@ __all__ = [
     "decompose",
     "euler_channels",
     "other_order",
-    "staged",
+    "rotation_at_stage",
     "unwrapped_twist",
 ]

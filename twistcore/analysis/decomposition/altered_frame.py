@@ -1,4 +1,4 @@
-"""A frame with changes made by a user, as a motion of one frame."""
+"""Change a frame as a user wishes, and return it as a motion of one frame."""
 
 from __future__ import annotations
 
@@ -28,16 +28,28 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class WhatIf:
-    """The changes to a frame. Angles are in radians; None leaves a quantity as captured.
+    """A user's changes to a frame. Angles are in radians. None leaves a quantity as captured.
 
-    - twist: the angle by which P is twisted about its bone
-    - counter: True if C turns back by the same angle, False if it turns with P
-    - toward: the unit vector w, the direction of the bone, in the coordinates of P's rotation
-    - swing: the angle α between a and w, applied after `toward`
-    - bend: the angle between v and a
-    - nudge: the angle by which the bone and v are tipped sideways, out of the planes in which α and
-      the bend are measured
-    - applied: the fraction, 0…1, of offset(t) that is removed (Eq. 15)
+    P and C are the chain's parent and child, a is the bone axis, and v is the direction from C to G
+    in P's coordinates.
+
+    Attributes
+    ----------
+    twist
+        Angle by which P is twisted about its bone.
+    counter
+        True if C turns back by the same angle, False if it turns with P.
+    swing
+        Swing angle α between a and w. It is applied after `toward`.
+    bend
+        Angle between v and a.
+    nudge
+        Angle by which the bone and v are tipped sideways, out of the planes in which swing and bend
+        are measured.
+    toward
+        Direction w of the bone after the rotation, unit vector (x, y, z).
+    applied
+        Fraction of offset(t) that is removed, 0…1 [Choi26 Eq. 15].
     """
 
     twist: float = 0.0
@@ -63,13 +75,22 @@ def altered(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Motion:
-    """Return one frame of the motion with the changes, as a Motion of length 1.
+    """Return a frame of the motion with a user's changes, as a motion of one frame.
 
-    Bend, swing and nudge are applied before the twist, because they do not change the twist's own
-    quaternion. With `counter`, every child of P turns back, as in a twist error (Eq. 14). Finally,
-    the fraction `applied` of `offset`, in radians, is removed. `stage` selects the part of P's
-    rotation that is included and that the children follow: 0 for none, 1 for the swing, 2 for the
-    twist as well, and fractions in between.
+    Bend, swing and nudge are applied before the twist, because they do not change the twist's
+    quaternion. With `what_if.counter`, every child of P turns back, as in a twist error [Choi26 Eq.
+    14]. Finally, the fraction `what_if.applied` of the offset is removed.
+
+    Parameters
+    ----------
+    motion, chain, frame
+        The frame to change.
+    what_if
+        The changes.
+    offset
+        The offset of an error in this frame, radians.
+    stage
+        How much of P's rotation to include, as in :func:`rotation_at_stage`. None for all.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -85,14 +106,15 @@ def altered(
     if stage is None:
         return one
     rotations = one.rotations.copy()
-    rotations[0, chain.parent] = staged(rotations[0, chain.parent], here.axis, stage)
+    rotations[0, chain.parent] = rotation_at_stage(rotations[0, chain.parent], here.axis, stage)
     return one.with_rotations(rotations)
 
 
-def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return the part of a rotation up to a stage, (4,).
+def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
+    """Return a part of a rotation as a quaternion, (4,).
 
-    This is the identity at stage 0, the swing at stage 1, and the whole rotation at stage 2.
+    Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation, with fractions in
+    between.
     """
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
@@ -102,16 +124,16 @@ def staged(q: Array, axis: Array, stage: float) -> Array:
 
 
 def _swing_turn(swing: Array) -> tuple[Array, float]:
-    """Return the unit normal of a swing and its angle in [0, π].
+    """Return the unit normal of a swing, (3,), and its angle in [0, π].
 
-    The normal is zeros if there is no swing.
+    Without a swing, the normal is zeros.
     """
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
     return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
-    """Return P's rotation with a changed swing and the same twist, tipped by the nudge."""
+    """Return the parent's rotation with changed swing and nudge, and with the same twist."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     if what_if.toward is not None:
@@ -128,7 +150,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 
 
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
-    """Return C's rotation with a changed angle between v and a, tipped by the nudge."""
+    """Return the child's rotation with changed bend and nudge."""
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():
@@ -140,5 +162,5 @@ def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
 
 
 def _tip(tip: Array, normal: Array, angle: float) -> Array:
-    """Return the rotation that tips the unit vector `tip` by an angle towards `normal`."""
+    """Return the rotation that tips the unit vector `tip` towards `normal` by an angle."""
     return quaternion_from_axis_angle(np.cross(tip, normal), angle)

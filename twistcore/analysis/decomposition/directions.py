@@ -1,4 +1,4 @@
-"""Angles and directions of vectors (3,) in one frame."""
+"""Angles and directions of vectors in one frame."""
 
 from __future__ import annotations
 
@@ -6,33 +6,33 @@ import numpy as np
 
 from twistcore.skeleton.rotation import Array, normalise
 
-_NO_TURN = 1e-9  # length of a vector too short to have a direction
+_NO_TURN = 1e-9  # a vector that is at most this long has no direction
 
 
 def at_frame(vector: Array, frame: int) -> Array:
-    """Return a vector (3,) at a frame; the input is constant, (3,), or varies, (frames, 3)."""
+    """Return a vector at a frame, (3,). The input has the shape (3,) or (frames, 3)."""
     return vector if vector.ndim == 1 else vector[frame]
 
 
 def angle_between(u: Array, v: Array) -> float:
-    """Return the angle between two unit vectors.
+    """Return the angle between two unit vectors, radians.
 
-    The result is exact near 0 and π, where the arc cosine is not.
+    Unlike with the arc cosine, the result is exact near 0 and π.
     """
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 
 
 def direction(v: Array) -> Array:
-    """Return a vector (3,) scaled to length 1, or zeros if it is too short to have a direction."""
+    """Return a vector (3,) scaled to length 1, or zeros if the vector is too short."""
     return normalise(v) if float(np.linalg.norm(v)) > _NO_TURN else np.zeros(3)
 
 
 def perpendicular(axis: Array) -> Array:
-    """Return a unit vector perpendicular to the given one. The choice is deterministic."""
+    """Return a unit vector perpendicular to a unit vector. Equal inputs give equal results."""
     return normalise(cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 
 
 def cross(u: Array, v: Array) -> Array:
-    """Return u × v for two vectors (3,), about ten times as fast as np.cross."""
+    """Return u × v for two vectors (3,). This is about ten times as fast as np.cross."""
     (a, b, c), (x, y, z) = u.tolist(), v.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -1,4 +1,4 @@
-"""Correction of one frame of one chain by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
+"""Correct a single frame of a chain, step by step as in [Choi26 §3.3]."""
 
 from __future__ import annotations
 
@@ -16,15 +16,28 @@ from twistcore.skeleton.rotation import Array, geodesic_angle, multiply, wrap
 
 @dataclass(frozen=True, eq=False)
 class FrameCorrection:
-    """A frame before and after the correction, with quaternions (4,) and angles in radians.
+    """A frame of a chain before and after its correction [Choi26 §3.3].
 
-    - before, tau: the quantities from which the error is detected, and the threshold
-    - err: err(t), 0 without an event
-    - offset_before: offset(t−1), the paper's running sum
-    - whole: the full offset, of which a fraction is removed, in (−π, π]
-    - applied: that fraction, 0…1
-    - q_parent, q_child: the rotations before the correction
-    - parent_after, child_after: q'_P and q'_C
+    Quaternions have the shape (4,). Angles are in radians.
+
+    Attributes
+    ----------
+    before
+        The quantities of the frame before the correction.
+    tau
+        Threshold τ.
+    err
+        err(t), which is 0 if no error begins or ends in this frame.
+    offset_before
+        offset(t−1), the paper's running sum up to the previous frame.
+    whole
+        The full offset, of which a fraction is removed, in (−π, π].
+    applied
+        That fraction, 0…1.
+    q_parent, q_child
+        Rotations of parent and child before the correction.
+    parent_after, child_after
+        Rotations of parent and child after the correction.
     """
 
     before: Decomposition
@@ -40,17 +53,20 @@ class FrameCorrection:
 
     @property
     def offset(self) -> float:
-        """The paper's running sum offset(t), not wrapped to (−π, π] [Choi26 §3.3.1]."""
+        """The paper's running sum offset(t), not wrapped into (−π, π] [Choi26 §3.3.1]."""
         return self.offset_before + self.err
 
     @property
     def taken(self) -> float:
-        """The angle that is removed from P's twist."""
+        """The angle that is removed from the parent's twist, radians."""
         return self.applied * self.whole
 
     @property
     def difference(self) -> float:
-        """The angle between q_P q_C and q'_P q'_C, which must be 0 [Choi26 Eq. 14]."""
+        """The angle by which the correction changes the child's global rotation [Choi26 Eq. 14].
+
+        It must be 0.
+        """
         before = multiply(self.q_parent, self.q_child)
         return float(geodesic_angle(before, multiply(self.parent_after, self.child_after)))
 
@@ -65,10 +81,20 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error in a captured or altered frame with the threshold τ, and correct it.
+    """Detect an error in a frame and correct it.
 
-    `what_if` has the changes to the frame. `offset_before` is offset(t−1) in radians. `own` is the
-    offset of a known interval to remove, or None to remove offset(t).
+    Parameters
+    ----------
+    motion, chain, frame
+        The frame.
+    what_if
+        The user's changes to the frame.
+    tau
+        Threshold τ, radians.
+    offset_before
+        offset(t−1), radians.
+    own
+        Offset of a known interval to remove, radians. None to remove offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)
@@ -82,7 +108,7 @@ def correct_frame(
     after = pair
     if what_if.applied:
         after = altered(motion, chain, frame, what_if, offset=whole).rotations[0, joints]
-    # Choose q or −q so that the swing has cos(α/2) ≥ 0, as in Eq. 6.
+    # Of q and −q, choose the one whose swing has cos(α/2) ≥ 0, as in Eq. 6.
     sign = 1.0 if float(np.dot(before.q, pair[0])) >= 0.0 else -1.0
     return FrameCorrection(
         before, tau, err, offset_before, whole, what_if.applied,

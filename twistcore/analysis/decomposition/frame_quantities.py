@@ -1,7 +1,7 @@
-"""All quantities of one frame of one chain, by Eq. 1-13 of [Choi26 §3], for teaching.
+"""Compute all quantities of a chain in one frame, by [Choi26 Eq. 1-13], for teaching.
 
 :func:`twistcore.skeleton.signals.twist_signals` computes the same angles for a whole clip. This
-module also returns every intermediate vector and quaternion.
+module also returns all vectors and quaternions in between.
 """
 
 from __future__ import annotations
@@ -25,30 +25,48 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.skeleton.signals import azimuth_increments, counter_rotation
 
-UNDEFINED = 1e-6  # an angle with at most this reliability is only rounding noise
+UNDEFINED = 1e-6  # an angle with at most this reliability consists of rounding errors
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """The quantities of Eq. 1-13 in one frame: vectors (3,), quaternions (4,), angles (radians).
+    """The quantities of [Choi26 Eq. 1-13] for a chain in one frame.
 
-    - a: the bone in P's coordinates
-    - q: P's rotation, with the sign for which q = swing ⊗ twist
-    - w: a turned by q
-    - n: the unit normal of the swing, zeros if there is no swing
-    - alpha: the angle of the swing, [0, π]
-    - swing, twist: the two factors of q
-    - theta_p, dtheta_p: the twist and its change
-    - swing_reliability, swing_reliability_before: 0 if θp is undefined, for this frame and for the
-      previous one
-    - v: C→G in P's coordinates
-    - across: v⊥
-    - v_before, across_before: v and v⊥ of the previous frame
-    - v_ideal: v if C had kept its azimuth (Fig. 2)
-    - dtheta_c: the change of the azimuth
-    - azimuth_reliability: ‖v⊥‖, 0 if Δθc is undefined
-    - bend: the angle between v and a
-    - strength: m
+    Vectors have the shape (3,) and are in the parent's coordinates, quaternions have the shape
+    (4,), and angles are in radians.
+
+    Attributes
+    ----------
+    a
+        The bone axis.
+    q
+        The parent's rotation, with the sign for which q = swing ⊗ twist.
+    w
+        a after the rotation q.
+    n
+        Unit normal of the swing, or zeros without a swing.
+    alpha
+        Angle of the swing, in [0, π].
+    swing, twist
+        The factors of q.
+    theta_p, theta_p_before, dtheta_p
+        Twist θp in this and in the previous frame, and its change.
+    swing_reliability, swing_reliability_before
+        How well θp is defined in this and in the previous frame, 0…1.
+    v, v_before
+        Direction from the child to the grandchild in this and in the previous frame.
+    v_ideal
+        v if the child had kept its azimuth [Choi26 Fig. 2].
+    across, across_before
+        v⊥, the part of v perpendicular to a, in this and in the previous frame.
+    bend
+        Angle between v and a.
+    dtheta_c
+        Change of the azimuth θc.
+    azimuth_reliability
+        ‖v⊥‖, which is 0 if the azimuth is undefined.
+    strength
+        Strength m.
     """
 
     a: Array
@@ -75,29 +93,32 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative for opposite turns."""
+        """Δθp·Δθc, square radians, which is negative for opposite turns [Choi26 Eq. 1]."""
         return self.dtheta_p * self.dtheta_c
 
     @property
     def swing_is_one(self) -> bool:
-        """True if the swing is unique. If w is opposite to a, many pairs (n, θp) give q."""
+        """True if the swing is unique.
+
+        If w is opposite to a, q can be split into many pairs of swing and twist.
+        """
         return self.swing_reliability > UNDEFINED
 
     @property
     def n_is_defined(self) -> bool:
-        """True if a × w has a direction [Choi26 Eq. 4]. At 0° and 180° it has none."""
+        """True if a × w has a direction [Choi26 Eq. 4], which it does not have at 0° and 180°."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
     def dtheta_p_is_defined(self) -> bool:
-        """True if θp is defined in this frame and the previous one."""
+        """True if θp is defined in this and in the previous frame."""
         return self.swing_is_one and self.swing_reliability_before > UNDEFINED
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction in this frame and the previous one.
+        """True if v⊥ has a direction in this and in the previous frame.
 
-        In a straight limb, v⊥ has no direction.
+        In a straight limb, it has none.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED
@@ -117,10 +138,16 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """Return the quantities of a chain at a frame and at the previous frame.
+    """Return the quantities of a chain in a frame.
 
-    `what_if` changes the frame; None leaves it as captured. For `offset` and `stage`, see
-    :func:`altered`. Frame 0 is compared with itself as captured, so that its increments are 0.
+    Parameters
+    ----------
+    motion, chain, frame
+        The frame. The increments of frame 0 are those from frame 0 as captured.
+    what_if
+        The user's changes to the frame, or None.
+    offset, stage
+        The same as in :func:`altered`.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None
@@ -131,7 +158,7 @@ def decompose(
     q, q_child = now.rotations[at, chain.parent], now.rotations[at, chain.child]
     a, a_before = at_frame(chain.axis, frame), at_frame(chain.axis, before)
     swing, twist = swing_twist(q, a)
-    if swing[0] < 0.0:  # q and −q are the same rotation; Eq. 6 has cos(α/2) ≥ 0
+    if swing[0] < 0.0:  # q and −q are the same rotation, and Eq. 6 has cos(α/2) ≥ 0
         q, swing = -q, -swing
     n = direction(swing[1:])
     w = rotate(q, a)
@@ -169,6 +196,6 @@ def decompose(
 
 
 def _across(v: Array, axis: Array) -> Array:
-    """Return v⊥ = v − (v·a)a [Choi26 Eq. 11]."""
+    """Return v⊥ = v − (v·a)a, the part of v perpendicular to the axis a [Choi26 Eq. 11]."""
     across: Array = v - float(v @ axis) * axis
     return across

@@ -1,4 +1,4 @@
-"""The same rotation in other forms: factors in reverse order, −q, and Euler angles."""
+"""Other forms of a rotation: twist before swing, −q, and Euler angles."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
-LOCK = float(np.radians(5.0))  # outer axes closer than this count as locked
+# If the angle between the outer axes is smaller, they are nearly locked.
+LOCK = float(np.radians(5.0))
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return both factors of q = twist ⊗ swing', (4,) each.
+    """Return the factors of q = twist ⊗ swing', each of shape (4,).
 
-    The twist and the angle of the swing are the same as in q = swing ⊗ twist. The normal of the
+    The twist and the angle of the swing are the same as in q = swing ⊗ twist, but the normal of the
     swing is turned back by the twist.
     """
     _, twist = swing_twist(q, axis)
@@ -24,9 +25,9 @@ def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """Return 2·atan2(v·a, w), radians in (−2π, 2π].
+    """Return the twist angle 2·atan2(v·a, w) of q = (w, v), radians in (−2π, 2π].
 
-    The values for q and −q differ by a full turn.
+    The angles of q and −q differ by a full turn.
     """
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
@@ -39,12 +40,12 @@ class EulerChannels:
     Parameters
     ----------
     order
-        The axes in the file's order, such as 'ZYX'.
+        The axes in the order of the file, such as 'ZYX'.
     angles
-        The Euler angles in radians, shape (3,).
+        The angles in radians, shape (3,).
     between
-        The angle between the first axis and the last axis after the middle rotation, [0, π/2]. At 0
-        both turn about the same line (gimbal lock).
+        Angle between the first axis and the last axis after the middle rotation, in [0, π/2]. At 0,
+        both axes are the same line (gimbal lock).
     """
 
     order: str
@@ -58,9 +59,16 @@ class EulerChannels:
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """Return the Euler angles of q, (4,).
+    """Return a rotation as Euler angles.
 
-    Of all solutions, the one nearest to `near`, (3,), is used.
+    Parameters
+    ----------
+    order
+        The axes, such as 'ZYX'.
+    q
+        The rotation, shape (4,).
+    near
+        Angles in radians, shape (3,). Of all solutions, the nearest is returned.
     """
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))

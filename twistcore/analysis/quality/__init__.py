@@ -1,1 +1,1 @@
-"""Quality measures of a motion without ground truth. A high value is not proof of an error."""
+"""Measure the quality of a motion without ground truth. A high value does not prove an error."""

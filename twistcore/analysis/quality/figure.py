@@ -1,6 +1,6 @@
-"""Jitter, foot slide and deviation of a whole figure, measured without ground truth.
+"""Measure jitter, foot slide and deviation of a whole figure without ground truth [Le26 §4.3].
 
-Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
+Positions have the shape (frames, 24, 3) and are in millimetres at 25 Hz. Joint 0 is the root.
 """
 
 from __future__ import annotations
@@ -21,17 +21,16 @@ CONTACT_MM = 30.0
 
 @dataclass(frozen=True)
 class FigureQuality:
-    """Quality measures of a figure. A high value is not proof of an error.
+    """Quality measures of a figure. A high value does not prove an error.
 
     Parameters
     ----------
     deviation
-        The mean distance from the input with both roots aligned, mm, or None for the input itself.
+        Mean distance from the input after aligning the roots, mm. None for the input itself.
     jitter
-        The mean magnitude of the third difference, mm per frame³.
+        Mean magnitude of the third difference of positions, mm per frame³.
     foot_slide
-        The percentage of frame pairs in which a foot slides, with contact estimated from the motion
-        itself.
+        Frame pairs in which a foot slides, in percent. Ground contact is estimated from the motion.
     """
 
     deviation: float | None
@@ -39,10 +38,10 @@ class FigureQuality:
     foot_slide: float
 
 
-def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Return the quality of positions (frames, 24, 3) in mm.
+def quality_of_positions(places: Array, given: Array | None = None) -> FigureQuality:
+    """Measure the quality of positions (frames, 24, 3) in mm.
 
-    `given` is the input with which the deviation is measured, or None.
+    `given` are the positions from which the deviation is measured, or None.
     """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
@@ -55,10 +54,10 @@ def quality(places: Array, given: Array | None = None) -> FigureQuality:
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
 ) -> tuple[FigureQuality, FigureQuality] | None:
-    """Return the quality before and after a correction, at 25 Hz in mm.
+    """Measure the quality before and after a correction, at 25 Hz in mm.
 
-    The result is None if the skeleton lacks any of the 24 joints. `unit` is the file's unit of
-    length, in metres.
+    The result is None if the skeleton lacks any of the 24 joints. `unit` is the file's length unit
+    in metres, or None if it is unknown.
     """
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
@@ -66,28 +65,27 @@ def quality_before_and_after(
         return None
     times = sample_times(before.frames, before.frame_time)
     given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
-    return quality(given), quality(found, given)
+    return quality_of_positions(given), quality_of_positions(found, given)
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
-    """Return the quality of a motion, at 25 Hz in mm.
+    """Measure the quality of a motion, at 25 Hz in mm.
 
-    The result is None if any of the 24 joints is missing.
+    The result is None if the skeleton lacks any of the 24 joints.
     """
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
     except TwistError:
         return None
     times = sample_times(motion.frames, motion.frame_time)
-    return quality(_places_mm(motion, topology.joints, times, scale))
+    return quality_of_positions(_places_mm(motion, topology.joints, times, scale))
 
 
 def in_contact(places: Array) -> NDArray[np.bool_]:
     """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
-    A foot is on the ground while its ankle and its toe are less than 3 cm above ground level.
-    Ground level is the 2nd percentile of the height over the clip, separately for each foot's ankle
-    and toe.
+    A foot is on the ground if its ankle and its toe are less than 3 cm above ground level. Ground
+    level is the 2nd percentile of height over the clip, separately for each ankle and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):
@@ -98,9 +96,10 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Return the percentage of frame pairs in which a grounded foot moves ≥ 20 mm horizontally.
+    """Return the percentage of frame pairs in which a foot slides.
 
-    The percentages of both feet are added.
+    A foot slides if it moves horizontally by at least 20 mm while it is on the ground. The
+    percentages of both feet are added. `contact` comes from :func:`in_contact`.
     """
     slides = 0
     for foot in range(2):
@@ -111,19 +110,19 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
 
 
 def root_aligned(places: Array) -> Array:
-    """Return the positions shifted so that the root is at the origin."""
+    """Return the positions shifted so that the root is at the origin in each frame."""
     return places - places[:, :1]
 
 
 def mean_distance(a: Array, b: Array) -> float:
-    """Return the mean distance between positions (…, 3), or 0 if there are no positions."""
+    """Return the mean distance between positions (…, 3), or 0 if there are none."""
     return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
 
 
 def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
-    # In most captures, half of the frames are not next to any sample.
+    # Only frames next to a sample are computed, which is about half of the frames in most captures.
     below, above = (forward_kinematics(motion.at(k))[1][:, joints] for k in (low, high))
     share = (times - low)[:, None, None]
     return 1000.0 * scale * (below + share * (above - below))

@@ -1,7 +1,7 @@
-"""Jitter, speed, foot slide and jumps of the stored angles, for every joint.
+"""Measure jitter, speed, foot slide and jumps of the stored angles, for every joint.
 
-The measures need no ground truth, and a high value is not proof of an error. For measures of the
-whole figure, see the module `figure`.
+The measures need no ground truth, and a high value does not prove an error. The module `figure`
+measures a figure as a whole.
 """
 
 from __future__ import annotations
@@ -22,25 +22,35 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people, joint_names
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
-SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames at 25 Hz
-_SHORTEST = 4  # frames needed for a third difference
-_TALL = 1.75  # metres: height of a person, assumed if a clip does not give the length of its unit
-_JUMP = 90.0  # degrees by which the change of a written angle exceeds the joint's turn in a jump
+SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s; this is 20 mm between two frames at 25 Hz
+_SHORTEST = 4  # number of frames that a third difference needs
+_TALL = 1.75  # metres; height of a person, assumed if the length unit of a clip is unknown
+_JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the joint turns
 
 
 @dataclass(frozen=True, eq=False)
 class JointQuality:
-    """Quality measures of every joint over time, NaN where undefined, as in a T-pose at the start.
+    """Quality measures of every joint in every frame.
 
-    - jitter: magnitude of the third difference of the local rotation, degrees per frame³, (frames,
-      joints), at the second of the four frames
-    - speed: local angular speed since the previous frame, degrees/s
-    - excess: the largest change of an Euler angle, minus the joint's rotation since the
-      previous frame, degrees ≥ 0
-    - flipped: True if the quaternion of these angles is in a different hemisphere than in the
-      previous frame
-    - slide: horizontal speed of a foot's joint while it is on the ground, m/s
-    - feet: the joints of the feet
+    Values are NaN where they are undefined, for example in a T-pose at the start.
+
+    Attributes
+    ----------
+    jitter
+        Magnitude of the third difference of the local rotation, degrees per frame³, shape (frames,
+        joints), in the second of the four frames.
+    speed
+        Local angular speed since the previous frame, degrees/s, shape (frames, joints).
+    excess
+        Largest change of a stored angle since the previous frame minus the joint's turn, degrees ≥
+        0, shape (frames, joints).
+    flipped
+        True if the quaternion changes its hemisphere from the previous frame, shape (frames,
+        joints).
+    slide
+        Horizontal speed of a foot's joint while it is on the ground, m/s, shape (frames, joints).
+    feet
+        Indices of the joints of the feet.
     """
 
     jitter: Array
@@ -54,7 +64,7 @@ class JointQuality:
     def usual_jitter(self) -> Array:
         """The median jitter of each joint, degrees per frame³, (joints,).
 
-        A median is not affected by the jumps at the edges of a twist error.
+        The jumps at the edges of a twist error do not affect a median.
         """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
@@ -69,9 +79,9 @@ class JointQuality:
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames, (joints,), in which stored angles jump but the pose does not.
+        """The number of frames in which stored angles jump but the pose does not, (joints,).
 
-        Jumps of an angle by more than 90° and quaternions that change hemisphere are counted.
+        Jumps of an angle by more than 90° and changes of a quaternion's hemisphere are counted.
         """
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
@@ -79,7 +89,7 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a joint slides, (joints,), NaN outside the feet."""
+        """The percentage of frames in which a joint slides, (joints,). NaN outside the feet."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]
@@ -89,13 +99,21 @@ class JointQuality:
 def joint_quality(
     clip: Clip, positions: Array, up: int = 1, motion: Motion | None = None
 ) -> JointQuality:
-    """Return the quality measures of a clip's joints.
+    """Measure the quality of a clip's joints.
 
-    `positions` are global positions with shape (frames, joints, 3), in the file's unit. `up` is the
-    axis that points up. Lengths are in metres if the unit is known or the skeleton looks like one
-    of CMU's; if not, they are scaled to a height of 1.75 m. `motion` is measured instead of the
-    clip's own motion, for example a tracked one with these positions; jumps of the stored angles
-    are still measured in the clip.
+    Parameters
+    ----------
+    clip
+        The clip. Jumps of the stored angles are measured in it.
+    positions
+        Global positions, in the file's unit, shape (frames, joints, 3). They are converted to
+        metres if the unit is known or the skeleton looks like one of CMU's. If not, the figure is
+        assumed to be 1.75 m tall.
+    up
+        Index of the axis that points up.
+    motion
+        The motion to measure, for example a tracked one with these positions. By default, the
+        clip's.
     """
     motion = clip.motion if motion is None else motion
     frames, joints = positions.shape[:2]
@@ -124,10 +142,10 @@ def joint_quality(
 
 
 def joint_accelerations(motion: Motion, positions: Array) -> Array:
-    """Return the magnitude of the joints' accelerations at 25 Hz, (frames, joints), in m/s².
+    """Return the magnitude of the joints' accelerations at 25 Hz, m/s², (frames, joints).
 
-    `positions` are global positions with shape (frames, joints, 3), in the motion's unit. The
-    acceleration is NaN within 0.04 s of an end of the clip or of a T-pose at its start.
+    `positions` are global positions, in the motion's unit, shape (frames, joints, 3). The result is
+    NaN within 0.04 s of an end of the clip or of a T-pose at its start.
     """
     step = max(1, round(NETWORK_DT / motion.frame_time))
     out = np.full(positions.shape[:2], np.nan)
@@ -141,7 +159,7 @@ def joint_accelerations(motion: Motion, positions: Array) -> Array:
 
 
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
-    """Return the joints of ankles and toes, recognised by their names."""
+    """Return the indices of the ankles and toes, found by their names."""
     stems = {*FEET, *TOES}
     return tuple(
         k
@@ -153,7 +171,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 def _slide(places: Array, dt: float, up: int) -> Array:
     """Return a joint's horizontal speed since the previous frame, m/s, (frames,).
 
-    The speed is NaN while the joint is in the air.
+    The result is NaN while the joint is in the air. `places` are positions in metres, (frames, 3).
     """
     height = places[:, up]
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM

@@ -1,4 +1,4 @@
-"""Recognise a figure that trembles, as opposed to one that moves fast."""
+"""Recognise a figure that trembles, in contrast to one that moves fast."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.quamo.resample import sample_times
 from twistcore.skeleton.motion import Motion, forward_kinematics
 
-CAPTURED = 9.0  # mm/frame³: the usual jitter of a capture (62 clips of CMU, Daz and ACCAD)
+CAPTURED = 9.0  # mm/frame³; usual jitter of captures (62 clips of CMU, Daz and ACCAD)
 TIMES = 3.0
-_SWINGS = -0.6  # correlation of consecutive third differences; -0.75 for white noise
+_SWINGS = -0.6  # maximum correlation of consecutive third differences; −0.75 for white noise
 _TALL_MM = 1750.0
-_FEWEST = 25  # samples, one second
+_FEWEST = 25  # minimum number of samples, which is one second
 
 
-def trembling(motion: Motion) -> float | None:
+def jitter_if_trembling(motion: Motion) -> float | None:
     """Return the figure's jitter if it is at least TIMES the usual jitter of captures, or None.
 
-    The jitter is in mm/frame³ at 25 Hz, for a figure of 1.75 m if its unit is not known. Motion
-    that is fast but even, such as running, is not jitter: the third differences of jitter change
-    their sign from frame to frame.
+    The jitter is in mm/frame³ at 25 Hz, for a figure of 1.75 m if the length unit is unknown.
+    Motion that is fast but smooth, such as running, is not jitter: the third differences of jitter
+    change their signs from frame to frame.
     """
     capture = motion.sliced(leading_frames(motion), motion.frames)
     times = sample_times(capture.frames, capture.frame_time)

@@ -1,4 +1,4 @@
-"""The reason why the consistency detector found no interval at a frame."""
+"""Explain why the consistency detector found no interval at a frame."""
 
 from __future__ import annotations
 
@@ -9,8 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_below
-from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
+from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_error_below_tau
+from twistcore.analysis.why_not.reason import (
+    AskedFrame,
+    EdgesIn,
+    Reason,
+    Why,
+    signed_degrees,
+    unsigned_degrees,
+)
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_twist.counter_rotation import AGREE_SHARE, SIGNIFICANT
@@ -21,15 +28,31 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # share of the larger turn below which the other joint does not respond
-UNDONE = 4.0  # difference of increment and residual, in σ, from which an effect was removed
-_NEAR = 4  # frames on either side that show how much a joint usually turns
+ONE_JOINT = 0.25  # share of the larger turn; a joint that turns by less does not respond
+UNDONE = 4.0  # multiple of σ; an effect was removed if increment and residual differ by more
+_NEAR = 4  # number of frames on either side that show how much a joint usually turns
 _EACH = 0.5 * PRIOR  # minimum evidence of each of two edges, in nats
 
 
 @dataclass(frozen=True)
 class _Edge:
-    """An edge of a chain: its frames [start, stop) and the turns of both joints in radians."""
+    """An edge of a chain, where an error may begin or end.
+
+    Attributes
+    ----------
+    table
+        The table of edges from which the edge comes.
+    index
+        Index of the edge in the table.
+    start, stop
+        Frames [start, stop) of the edge.
+    jump, sigma
+        Jump of the twist, and its standard deviation σ, radians.
+    gain
+        Evidence for the edge, nats.
+    x, y
+        Turns of the chain's parent and child, radians.
+    """
 
     table: PairTable
     index: int
@@ -48,9 +71,18 @@ def no_counter_twist(
     edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return why no interval has an edge at a frame.
+    """Return the reason why no interval has an edge at a frame.
 
-    `edges_in` finds edges of other chains and limbs. `chains` are all chains that were analysed.
+    Parameters
+    ----------
+    place
+        The frame.
+    analysis
+        The analysis of all chains.
+    edges_in
+        Finds edges of other chains and limbs.
+    chains
+        All chains that were analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
@@ -63,7 +95,9 @@ def no_counter_twist(
         because = f"{place.span(low, high)} between cuts are not enough to tell errors from motion"
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
-        return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
+        return soft_error_below_tau(place, own) or _below(
+            place, analysis, edges_in(t, t + 1), chains
+        )
     for interval in analysis.taken_for_motion(place.chain.name, place.tau):
         if interval.start - BESIDE <= t <= interval.stop + BESIDE:
             return _motion(place, interval)
@@ -80,7 +114,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the evidence that opposite turns of both joints are natural motion, as a reason."""
+    """Return the reason that opposite turns of both joints are natural motion."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -97,7 +131,7 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
 
 
 def _describe_cut(place: AskedFrame, cut: Mask) -> str:
-    """Describe the cut or transition that a frame belongs to or follows."""
+    """Describe the cut or transition to which a frame belongs."""
     t = place.frame
     low, high = t, t + 1
     while low and cut[low - 1]:
@@ -122,7 +156,7 @@ def _below(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return the reason for a strength below τ, even if a joint turns by more than τ."""
+    """Return the reason for a frame below τ, although a joint may turn by more than τ."""
     own, t = analysis.chains[place.chain.name], place.frame
     c, row = own.limb, own.row
     rx, ry = float(c.rx[row, t]), float(c.ry[row, t])
@@ -142,7 +176,8 @@ def _below(
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
             f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
-            f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
+            f"{signed_degrees(rx)} and {signed_degrees(ry)} "
+            f"(σ {unsigned_degrees(sigma_x)} and {unsigned_degrees(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
     return place.reason(Why.BELOW, f"{beyond} more than the motion explains", **numbers)
@@ -154,7 +189,7 @@ def _error_nearby(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> str:
-    """Describe the error of another chain that turns a joint at the frame, or return ''."""
+    """Describe an error of another chain that turns one of the joints at the frame, or ''."""
     if near:
         interval, other = near[0]
         return place.error(interval, other)
@@ -173,9 +208,9 @@ def _error_nearby(
 
 
 def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return the joint whose rotation is ignored because another chain's error explains it.
+    """Return the joint whose turn is ignored because an error of another chain explains it.
 
-    The result is 1 for the parent, 2 for the child and 0 for neither.
+    The result is 1 for the chain's parent, 2 for its child, and 0 for neither.
     """
     c, row = own.limb, own.row
     around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
@@ -195,8 +230,8 @@ def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
     """Return the edge above τ that covers the frame, or None.
 
-    Of several edges, the one whose peak is shown at this frame is preferred, then the one with the
-    largest gain.
+    Of several edges, the one whose peak is at this frame is preferred, and then the one with the
+    most evidence.
     """
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
@@ -221,7 +256,7 @@ def _other_error(
 
 
 def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """Return the reason for a frame above τ in a run of frames that as a whole is below τ."""
+    """Return the reason for a frame above τ in an edge whose sum is below τ."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -233,7 +268,11 @@ def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
 
 
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
-    """Return the reason if only one joint turns, the turns do not cancel, or they are motion."""
+    """Return the reason for an edge that cannot belong to a counter-twist, or None.
+
+    Only one joint turns, the turns do not cancel, or the evidence is so weak that they are natural
+    motion.
+    """
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)
@@ -260,14 +299,17 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     taken = f"{taken} over {span}" if span else taken
     because = (
         f"{taken} ({turns}): the jump is {abs(edge.jump) / edge.sigma:.1f} times σ = "
-        f"{size(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge requires "
-        f"{_EACH:.0f}"
+        f"{unsigned_degrees(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge "
+        f"requires {_EACH:.0f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """Return the reason for a clear jump without a partner, or with one in another interval."""
+    """Return the reason for a clear edge without a partner that ends the error.
+
+    Its partner may also belong to another interval.
+    """
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
     passing = {k: g for k, g in edge.table.partners(edge.index).items() if _passes(place, e, k)}
@@ -324,7 +366,7 @@ def _peak(place: AskedFrame, edges: Edges, k: int) -> str:
 
 
 def _turns(place: AskedFrame, x: float, y: float) -> str:
-    """Describe the turns of both joints."""
+    """Describe the turns of parent and child."""
     parent, child = place.joints
     return f"{parent} {signed_degrees(x)}, {child} {signed_degrees(y)}"
 

@@ -1,4 +1,4 @@
-"""The reason why there is no interval at a frame of a chain or limb."""
+"""Explain why there is no interval at a frame of a chain or limb."""
 
 from __future__ import annotations
 
@@ -23,14 +23,28 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.signals import TwistSignals
 
-_ENOUGH = 0.5  # share of the strength that a soft error's change must reach to explain it
+# A soft error explains a strength if it changes by at least this share of the strength.
+_ENOUGH = 0.5
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
-    """Return why no interval has an edge at a frame of a chain or limb.
+    """Return the reason why no interval has an edge at a frame of a chain or limb.
 
-    `found` is a detection or a review, with its intervals and τ. `first` is the number of the
-    clip's first frame in the sentence. Raises TwistError for a name that the clip does not have.
+    Parameters
+    ----------
+    found
+        A detection or a review, with its intervals and τ.
+    name
+        Name of the chain or limb.
+    frame
+        The frame, counted from 0.
+    first
+        Number of the clip's first frame in the sentence.
+
+    Raises
+    ------
+    TwistError
+        If the clip has no chain or limb of this name.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]
@@ -62,7 +76,10 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return why m(t) of the paper's detector is not an event. Every event starts an interval."""
+    """Return the reason why the paper's detector has no event at a frame.
+
+    Every event of this detector begins an interval.
+    """
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -70,7 +87,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
         f"{parent} twists by {signed_degrees(p)}, and the azimuth of {child} changes by "
         f"{signed_degrees(c)}"
     )
-    if place.strength >= place.tau:  # a review whose intervals differ from the detector's
+    if place.strength >= place.tau:  # in a review, intervals may differ from the detector's
         return place.reason(
             Why.NO_PARTNER, (f"the review no longer has an interval here: {turns}"), **numbers
         )
@@ -81,9 +98,9 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return why a helper has no edge at a frame.
+    """Return the reason why no roll of a helper has an edge at a frame.
 
-    `own` is the angle by which the helper alone turns in each frame, in radians.
+    `own` is the angle by which the helper turns by itself in this frame, radians.
     """
     helper, driver = place.joints
     if place.strength < place.tau:
@@ -96,7 +113,10 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """Return the reason from the kept frames or, if these show nothing, from all frames."""
+    """Return the reason in a coarsely written clip.
+
+    The kept frames give the reason or, if these show nothing, all frames.
+    """
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
     if analysis.fine is not None:
@@ -119,24 +139,23 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reason for each of the :func:`unexplained_peaks`.
+    """Return the reason for each of the :func:`unexplained_peaks` of a chain or limb.
 
-    `first` has the same meaning as in :func:`why_not`.
+    `first` is the number of the clip's first frame in the sentences.
     """
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
-    """Return the frames of peaks above τ that are outside intervals and their edges.
+    """Return the frames of the peaks above τ outside intervals and their edges.
 
-    A peak is the highest frame in a run of frames that reach τ; of several equal frames, it is the
-    first.
+    A peak is the highest frame, or the first of them, in a run of frames that reach τ.
     """
     strength = found.analysis.detector(found.method).strength(name)
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
     borders = np.flatnonzero(past[1:] != past[:-1]).reshape(-1, 2)
     peaks = [a + int(np.argmax(strength[a:b])) for a, b in borders.tolist()]
-    # checking each peak separately would be quadratic
+    # Comparing each peak with each interval would take quadratic time.
     covered = np.zeros(len(strength), dtype=np.bool_)
     for i in found:
         if i.chain == name:
@@ -149,7 +168,7 @@ def _covers(interval: Interval, frame: int) -> bool:
 
 
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
-    """Return the shortest interval of a chain or limb at or next to a frame, or None."""
+    """Return the shortest interval of a chain or limb at a frame or next to it, or None."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
     return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
@@ -177,9 +196,9 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return other chains' intervals with an edge in [start, stop) that turn joints of this chain.
+    """Return the intervals of other chains with edges in [start, stop) that turn joints of `chain`.
 
-    Soft intervals are included if their offset changes there by enough to explain the strength.
+    A soft interval is included if its offset changes there by enough to explain the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
@@ -191,18 +210,18 @@ def _edges_near(
         at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
         if other is not None and not i.kind.of_capture and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
-    # the best explanation first
+    # Lone jumps come last, because they explain least.
     return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return the change of an offset in or next to frames [start, stop), in radians."""
+    """Return how much an offset changes in or next to frames [start, stop), radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 
 
 def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
-    """Return the names of the joints that are wrong in an interval of a chain or limb."""
+    """Return the names of the joints whose rotation is wrong in an interval of a chain or limb."""
     if not interval.repairable:
         return {interval.joint}
     joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)

@@ -1,4 +1,4 @@
-"""Intervals between jumps that are dropped because a soft error explains the motion better."""
+"""Find intervals between jumps that were dropped because a soft error is a better explanation."""
 
 from __future__ import annotations
 
@@ -11,19 +11,29 @@ from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.skeleton.chain import Chain
 
-BESIDE = 1  # maximum distance in frames between an interval's edge and a jump that belongs to it
+BESIDE = 1  # maximum number of frames between an interval's edge and a jump that belongs to it
 
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """Dropped intervals of a chain, and the soft errors of the chain and its neighbours."""
+    """A chain's dropped intervals, and the soft errors of the chain and its neighbours.
+
+    Attributes
+    ----------
+    place
+        The frame for which a reason is requested.
+    analysis
+        The analysis of all chains.
+    chains
+        All chains that were analysed.
+    """
 
     place: AskedFrame
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
     def dropped(self) -> Iterator[Interval]:
-        """Yield the intervals between the chain's jumps at τ that were replaced by soft errors."""
+        """Yield the chain's intervals between jumps above τ that soft errors replaced."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
 
@@ -35,16 +45,16 @@ class SoftErrors:
     def better_explanation(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """Return the reason that another error explains the frames better than a dropped interval.
+        """Return the reason that an error explains the frames better than a dropped interval.
 
         Parameters
         ----------
         given
-            The dropped interval, or None for any interval.
+            The dropped interval, or None if it is unknown.
         numbers
-            The numbers for the reason, keyed by name.
+            Numbers of the reason, keyed by name.
         what
-            The subject of the sentence: the jump that would have been an edge of the interval.
+            Subject of the sentence: the jump that would have been an edge of the interval.
         """
         place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
@@ -64,7 +74,7 @@ class SoftErrors:
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
-        """Yield all soft errors above τ with their chains, starting with this chain."""
+        """Yield the soft errors above τ with their chains, starting with those of this chain."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]
@@ -74,8 +84,8 @@ class SoftErrors:
                     yield s.interval, c
 
 
-def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
-    """Return the reason for a soft error below τ that peaks at the frame, or None."""
+def soft_error_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
+    """Return the reason for a frame at which a soft error below τ has its peak, or None."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)

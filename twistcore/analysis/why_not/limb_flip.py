@@ -1,4 +1,4 @@
-"""The reason why no flip of a limb has an edge at a frame."""
+"""Explain why no flip of a limb has an edge at a frame."""
 
 from __future__ import annotations
 
@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
+from twistcore.analysis.why_not.reason import (
+    AskedFrame,
+    EdgesIn,
+    Reason,
+    Why,
+    signed_degrees,
+    unsigned_degrees,
+)
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
 from twistcore.detection.limb_flips.jumps import Jump
@@ -16,7 +23,7 @@ from twistcore.skeleton.rotation import wrap
 
 
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
-    """Return why no flip has an edge at a frame.
+    """Return the reason why no flip has an edge at a frame.
 
     `edges_in` finds edges of other chains and limbs.
     """
@@ -65,7 +72,7 @@ def _below(
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
         f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} more about "
-        f"its line than in nearby frames (σ {size(_scale(flips, place.frame))})"
+        f"its line than in nearby frames (σ {unsigned_degrees(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 
@@ -73,7 +80,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ is left unexplained, with the costs."""
+    """Return the reason why a jump above τ is not an edge of a flip, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
@@ -91,7 +98,7 @@ def _left(
             f"it could be an edge of a flip in {span}, but another flip explains the frames better"
         )
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb deviates by about {size(jump.scale)} in nearby frames"
+    moves = f"the limb deviates by about {unsigned_degrees(jump.scale)} in nearby frames"
     if jump.step > 0.03:
         moves = (
             f"{moves}, and the limb's end moves by {100.0 * jump.step:.0f} % of the limb's length"
@@ -110,7 +117,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump without a second jump nearby that ends the flip."""
+    """Return the reason for a jump without a second jump nearby that would end the flip."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)
@@ -123,7 +130,7 @@ def _no_partner(
     open_by, best = min(others, key=lambda o: o[0])
     because = (
         f"no other jump reverses it: the closest in size, {signed_degrees(best.turn)} at "
-        f"{place.called(best.start)}, leaves a difference of {size(open_by)}"
+        f"{place.called(best.start)}, leaves a difference of {unsigned_degrees(open_by)}"
     )
     if open_by < NEVER_CLOSED:
         because = f"{because}, and no flip can lie between the two"

@@ -1,4 +1,4 @@
-"""The reason why a frame has no interval, as one word and as a sentence with its numbers."""
+"""The reason why a frame has no interval, as a keyword and as a sentence with numbers."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """Keywords in files for the reasons why no interval has an edge at a frame."""
+    """Keywords for the reasons why no interval has an edge at a frame. Files contain the values."""
 
-    INTERVAL = "interval"  # the frame is in an interval or at its edge
-    MOVED = "moved"  # the detector has an interval here, but the review moved it
+    INTERVAL = "interval"  # the frame is in an interval or next to one
+    MOVED = "moved"  # the detector found an interval here, but the review moved it
     BELOW = "below tau"
-    CUT = "cut"  # all joints jump in the same frame: a T-pose or a cut
-    SHORT = "short piece"  # too few frames between two cuts
+    CUT = "cut"  # all joints jump in the same frame, at a T-pose or a cut
+    SHORT = "short piece"  # there are too few frames between two cuts
     IMAGE = "image"  # an error of another chain or limb turns a joint of this one
     ONE_JOINT = "one joint"
     UNEQUAL = "unequal"  # both joints turn, but the turns do not cancel
-    MOTION = "motion"  # natural motion: the turns are predicted within the usual deviations
+    MOTION = "motion"  # natural motion explains the turns
     NO_PARTNER = "no partner"
-    OTHER = "other interval"  # the jump's partner belongs to an interval that explains more
+    OTHER = "other interval"  # the jump's partner belongs to another interval, which explains more
 
 
-_FRAMES = ("start", "stop", "partner")  # numbers that are frame numbers
+_FRAMES = ("start", "stop", "partner")  # names of the numbers that are frames
 
-# The cause is elsewhere or already named, so nobody needs to check the frame.
+# Reasons that are already certain or whose cause is elsewhere, so that nobody needs to check the
+# frame.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
 
 
@@ -47,12 +48,16 @@ class Reason:
 
     Parameters
     ----------
+    chain, frame
+        Name of the chain or limb, and the frame, from 0.
+    why
+        The keyword.
     strength, tau
-        The value of the curve at the frame, and the threshold, in radians.
+        Strength at the frame, and threshold τ, radians.
     text
         The sentence.
     numbers
-        The numbers in the sentence, keyed by their names in JSON; angles are in degrees.
+        Numbers of the sentence, keyed by their names in JSON. Angles are in degrees.
     suspicious
         True if the frame is above τ and a person should check it.
     """
@@ -67,7 +72,7 @@ class Reason:
     suspicious: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return the reason as a dict for JSON; frames from 0, angles in degrees."""
+        """Return the reason as a dict for JSON. Frames count from 0, and angles are in degrees."""
         return {
             "chain": self.chain,
             "frame": self.frame,
@@ -82,16 +87,24 @@ class Reason:
 
 @dataclass(frozen=True)
 class AskedFrame:
-    """A frame for which the reason is requested.
+    """A frame for which a reason is requested.
 
     Attributes
     ----------
+    chain
+        The chain or limb.
     joints
-        The names of the chain's parent and child.
+        Names of the chain's parent and child.
+    frame
+        The frame, counted among the frames that were examined.
+    strength, tau
+        Strength at the frame, and threshold τ, radians.
+    fps
+        Frames per second that were examined.
     first
-        The number of the clip's first frame in sentences.
+        Number of the clip's first frame in sentences.
     kept
-        The frames that were examined, if these are not all frames of the clip.
+        The frames that were examined, or None for all frames of the clip.
     """
 
     chain: Chain
@@ -104,7 +117,7 @@ class AskedFrame:
     kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
-        """Return the frame as an index into the clip's frames, from 0."""
+        """Convert an examined frame to a frame of the clip, from 0."""
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
@@ -118,7 +131,8 @@ class AskedFrame:
             else f"{strength} at {here} is below τ = {tau}: {because}."
         )
         numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
-        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body can do that
+        # A body can turn as fast as this.
+        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)
         suspicious = past and why not in _SETTLED and not alone
         return Reason(
             self.chain.name,
@@ -132,13 +146,13 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return the number of a frame as shown to users, such as 'frame 12'."""
+        """Return the number of a frame as users see it, such as 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
         """Return frames [start, stop) as tables show them, such as 'frames 323–329'.
 
-        As in the tables, the second number is `stop`, which is excluded.
+        The second number is `stop`, which is excluded.
         """
         if stop - start == 1:
             return self.called(start)
@@ -152,7 +166,7 @@ class AskedFrame:
         return f"the interval in {span} ({size})"
 
     def error(self, interval: Interval, other: Chain) -> str:
-        """Describe the error of another chain or limb, with its frames."""
+        """Describe an error of another chain or limb, with its frames."""
         if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
@@ -164,15 +178,15 @@ def signed_degrees(angle: float) -> str:
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
-def size(angle: float, digits: int = 1) -> str:
-    """Format the absolute value of an angle in radians as degrees, such as '1.2°'."""
+def unsigned_degrees(angle: float, digits: int = 1) -> str:
+    """Format the magnitude of an angle in radians as degrees, such as '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
 def distinct_sizes(one: float, other: float) -> tuple[str, str]:
-    """Format two angles' absolute values with as many digits as are needed to tell them apart."""
+    """Format the magnitudes of two angles with enough digits to tell them apart."""
     for digits in range(1, 6):
-        said = size(one, digits), size(other, digits)
+        said = unsigned_degrees(one, digits), unsigned_degrees(other, digits)
         if said[0] != said[1]:
             break
     return said

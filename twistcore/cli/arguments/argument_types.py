@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 from twistcore.cli.output import terminal_text
 from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
-from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
+from twistcore.formats.suffixes import CLIP_SUFFIXES, why_not_written
 
 KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
 STANDARD_INPUT = Path("/dev/stdin")  # used as a name on all systems, even if there is no such file
@@ -86,7 +86,7 @@ def target(text: str) -> Path:
 def clip_target(text: str) -> Path:
     """Return the clip or folder of clips to write. A clip's format must be writable."""
     path = target(text)
-    refused = not_written(path, " or ".join(CLIP_SUFFIXES))
+    refused = why_not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
         raise argparse.ArgumentTypeError(f"{text}: {refused}")
     return path

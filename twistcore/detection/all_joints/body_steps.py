@@ -12,7 +12,7 @@ from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import median, medians
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import linear_keys, without_held
 from twistcore.skeleton.people import Person, find_people
 from twistcore.skeleton.rotation import Array
@@ -67,7 +67,7 @@ class PlaceStep:
     way: float
 
 
-@once_each
+@cache_per_object
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     """Return the steps of the whole body, sorted by start, with the frame numbers of the clip.
 

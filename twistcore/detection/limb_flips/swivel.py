@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twistcore.detection.prediction import Mask
-from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
@@ -58,7 +58,10 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """Return φ for other positions of C and E, from :func:`~twistcore.skeleton.limb.places`."""
+        """Return φ for other positions of C and E.
+
+        The positions come from :func:`~twistcore.skeleton.limb.limb_positions`.
+        """
         line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)
@@ -69,7 +72,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
     `angle` and `jump` are 0 in frames in which the line is undefined.
     """
-    to_child, to_end = places(motion, limb)
+    to_child, to_end = limb_positions(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
     )

@@ -1,6 +1,6 @@
-"""Read the bones, their hierarchy and their axes from Acclaim's skeleton file.
+"""Read bones, their hierarchy and their axes from Acclaim's skeleton file (ASF).
 
-The format follows the Acclaim documentation of 1994 (":version 1.10"), as in CMU's files.
+The format follows the Acclaim documentation of 1994 (":version 1.10"), like CMU's files.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from twistcore.files.wide_text import wide_instead
 from twistcore.formats.bvh.channels import JointChannels
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.formats.clip import ClipWarning, first_warnings
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, quaternion_from_euler
 
 ROOT = "root"
 _TURNS, _MOVES = ("rx", "ry", "rz"), ("tx", "ty", "tz")
 _ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-# Known keywords in a bone's description.
+# Keywords that may occur in a bone's description.
 _OF_BONE = frozenset(
     ("id", "name", "direction", "length", "axis", "dof", "limits", "bodymass", "cofmass")
 )
@@ -32,23 +32,28 @@ _OF_BONE = frozenset(
 
 @dataclass(frozen=True, eq=False)
 class Asf:
-    """A skeleton, and the layout of the numbers for its bones in an AMC file.
+    """The skeleton in an ASF file, and the layout of its numbers in an AMC file.
 
     Parameters
     ----------
+    path
+        The file.
     data
         The file's bytes.
     skeleton
-        A joint at the start of every bone, the root first.
+        The skeleton, with a joint at the start of every bone, the root first.
     channels
-        Columns of each joint's numbers in a frame. The axes and their columns are reversed,
-        since Acclaim's X Y Z are rotations about fixed axes: R = R_z · R_y · R_x.
+        Columns of each joint's numbers in a frame. Acclaim's X Y Z are rotations about fixed axes,
+        R = R_z · R_y · R_x, so axes and columns are listed in reverse.
     axes
-        The axis rotation C of every bone, shape (joints, 4); the local rotation is C · R · C⁻¹.
+        Rotation C from each bone's own axes to its joint's axes, shape (joints, 4). The local
+        rotation is C · R · C⁻¹.
     start
         Offset added to the root's translation, shape (3,).
     radians
         True if angles are in radians, None if the file does not specify the unit.
+    warnings
+        Harmless assumptions made.
     """
 
     path: Path
@@ -79,7 +84,7 @@ class _Bone:
 
     @property
     def along(self) -> Array:
-        """Return the vector from the bone's start to its end, (3,)."""
+        """Return the vector from the bone's start to its end, (3,), in the file's unit."""
         assert self.length is not None
         direction = np.array(self.direction)
         size = float(np.linalg.norm(direction))
@@ -89,7 +94,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """The data of a skeleton file that has been read so far."""
+    """The data that has been read from a skeleton file so far."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)
@@ -108,7 +113,10 @@ class _Read:
         return value
 
     def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
-        """Return the `count` numbers after the first word of a line."""
+        """Return the `count` numbers after the first word of a line.
+
+        Raises AmcError if there are fewer.
+        """
         what = line[0].text
         if len(line) <= count:
             found = len(line) - 1
@@ -117,7 +125,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file. Raises AmcError if the file is not valid."""
+    """Read a skeleton file. Raises AmcError if the file is invalid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -126,7 +134,10 @@ def read_asf(path: str | Path) -> Asf:
 
 
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
-    """Parse a skeleton from bytes. Raises AmcError (file, line, column, expected text)."""
+    """Parse the bytes of a skeleton file.
+
+    Raises AmcError, with the position and the expected text, if they are invalid.
+    """
     path = Path(path)
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)
@@ -138,7 +149,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
             raise AmcError(str(path), f"expected a section {needed} of an ASF, found none", line=1)
     if ":units" in named:
         _read_units(read, named[":units"][1])
-    # Angles of the skeleton need the units, which may be given later in the file.
+    # The sections need not be in this order, but the unit is needed to read angles.
     _read_root(read, *named[":root"])
     _read_bones(read, *named[":bonedata"])
     _read_hierarchy(read, *named[":hierarchy"])
@@ -146,7 +157,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Yield each keyword's line with the lines below it, split into words without comments."""
+    """Yield the line of each keyword with the lines below it, split into words."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -169,7 +180,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their positions. A '#' starts a comment."""
+    """Return the words of a line with their positions, without a comment that begins with '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -224,7 +235,7 @@ def _order(read: _Read, word: _Word) -> str:
 
 
 def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the degrees of freedom after the first word of a line, in lower case."""
+    """Return the degrees of freedom listed after the first word of a line, in lower case."""
     out: list[str] = []
     for word in line[1:]:
         dof = word.text.lower()
@@ -259,7 +270,8 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     by_key = {line[0].text.lower(): line for line in lines}
     for line in lines:
         key = line[0].text.lower()
-        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # limits may span lines
+        # Limits may continue on further lines.
+        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":
             text = f"{quoted(line[0].text)} of a bone is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
@@ -308,7 +320,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf, with its joints in depth-first order."""
+    """Return the skeleton file as an Asf, with its joints in depth-first order."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)
@@ -339,13 +351,13 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, warnings = np.array(read.start), tuple(some_of(read.warnings))
+    start, warnings = np.array(read.start), tuple(first_warnings(read.warnings))
     rest = np.array(axes), start, read.radians, warnings
     return Asf(path, data, skeleton, tuple(layouts), *rest)
 
 
 def _channels(dofs: tuple[str, ...], column: int) -> JointChannels:
-    """Return the channels of a bone whose first number is in column `column`."""
+    """Return the channels of a bone whose first number is in the given column."""
     turns = [(dof[1].upper(), column + k) for k, dof in enumerate(dofs) if dof in _TURNS][::-1]
     moves = tuple((_MOVES.index(dof), column + k) for k, dof in enumerate(dofs) if dof in _MOVES)
     return JointChannels("".join(a for a, _ in turns), tuple(c for _, c in turns), moves)

@@ -1,4 +1,4 @@
-"""An AMC clip: its motion and the position of every number in the file."""
+"""A clip read from an AMC file, with the position of every number in the file."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class AmcClip(Clip):
     Parameters
     ----------
     asf
-        The skeleton, which was read from the ASF file.
+        The skeleton file.
     values
         The numbers in the order of the joints, lengths in the file's unit and angles in degrees,
         shape (frames, columns).
     places
-        The index of each number among all tokens of the file, in reading order, shape (frames,
+        Index of each number among all tokens of the file, in reading order, shape (frames,
         columns).
     radians
-        True if the angles in the file are in radians.
+        True if the file's angles are in radians.
     """
 
     format = "amc"
@@ -58,7 +58,7 @@ class AmcClip(Clip):
 
     @property
     def columns(self) -> int:
-        """The number of values in a frame."""
+        """The number of values per frame."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
@@ -74,23 +74,23 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """Offset added to the translation of the root, the only joint with a translation."""
+        """Offset added to the translation of the root, the only joint that has a translation."""
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of the start and the end of every token in the file."""
+        """Byte offsets of the start and the end of every token in the file, two arrays."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
-        """Return a joint's angles as written but always in degrees, (frames, channels)."""
+        """Return a joint's angles in the order of the file, in degrees, (frames, channels)."""
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and its angles in radians, (frames, 3).
+        """Return a joint's Euler order and its angles in radians, (frames, 3), or None.
 
-        The axes are the bone's own axes, as in :meth:`as_written`. The result is None for a joint
-        without three channels.
+        The angles refer to the bone's own axes, as in :meth:`as_written`. The result is None for a
+        joint without three rotation channels.
         """
         layout = self.asf.channels[joint]
         if not layout.rotatable:
@@ -98,18 +98,34 @@ class AmcClip(Clip):
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Convert a joint's rotation q, (…, 4), to the bone's own axes: R = C⁻¹ · q · C."""
+        """Convert a joint's rotation q, (…, 4), to the bone's own axes, as in the file.
+
+        The result is C⁻¹ · q · C, where C is the bone's axis rotation.
+        """
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
+        """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        If `positions` is True, the root's translation is also rewritten where it differs. All other
-        bytes stay the same. A number keeps its number of decimals, but has at least 6, and never
-        gets an exponent. Raises ValueError for a bone without three degrees of freedom.
+        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
+        never has an exponent.
+
+        Parameters
+        ----------
+        motion
+            The motion to write.
+        changed
+            Mask of the rotations to write, shape (frames, joints).
+        positions
+            True to write the root's translation where it differs.
+
+        Raises
+        ------
+        ValueError
+            If a changed bone does not have three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():

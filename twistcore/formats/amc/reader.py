@@ -1,4 +1,4 @@
-"""Parse an AMC file, together with the ASF file in the same folder, into a Clip."""
+"""Read an AMC file, together with the ASF file in the same folder, as a clip."""
 
 from __future__ import annotations
 
@@ -17,26 +17,40 @@ from twistcore.formats.amc.asf import Asf, read_asf
 from twistcore.formats.amc.clip import AmcClip
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, decimal_value, read_numbers
-from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
+from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, first_warnings, too_few_numbers
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody
 
 _ASSUMED_FPS = 120.0
-_REPORTED = 64  # number of frames between two reports of progress
+_REPORTED = 64  # number of frames between two progress reports
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; "
     "some have 60 (set the rate with the commands' --fps)."
 )
-_SOLID = re.compile(rb"[^\x00-\x20]+")  # the tokens of token_spans
+_SOLID = re.compile(rb"[^\x00-\x20]+")  # a token, as in token_spans
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 
 
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
-    """Read an AMC file and its skeleton. `fps` is the frame rate; `tell` is called with progress.
+    """Read an AMC file and its skeleton file.
 
-    The skeleton is NAME.asf, or SUBJECT.asf with the name up to an underscore, as for CMU's
-    05_02.amc, or the only ASF in the folder. Raises AmcError (file, line, column, expected text).
-    Harmless assumptions are listed in Clip.warnings.
+    The skeleton file is NAME.asf, or SUBJECT.asf with the part of the name before an underscore (as
+    for CMU's 05_02.amc), or the only ASF file in the folder.
+
+    Parameters
+    ----------
+    path
+        The file.
+    fps
+        Frames per second. By default, the file's rate or 120.
+    tell
+        Called with the progress, 0…1.
+
+    Raises
+    ------
+    AmcError
+        If a file is invalid, with file, line, column and expected text. Harmless assumptions are
+        listed in `Clip.warnings` instead.
     """
     path = Path(path)
     try:
@@ -54,7 +68,10 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
 
 
 def find_asf(path: Path) -> Path:
-    """Return the path of an AMC's skeleton file. Raises AmcError if it is missing or ambiguous."""
+    """Return the path of an AMC file's skeleton file.
+
+    Raises AmcError if the skeleton file is missing or ambiguous.
+    """
     candidates = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     words = path.stem.lower().split("_")
     for count in range(len(words), 0, -1):
@@ -79,7 +96,7 @@ def parse_amc(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> AmcClip:
-    """Parse an AMC from bytes with its skeleton. The parameters are those of :func:`read_amc`."""
+    """Parse the bytes of an AMC file, given its skeleton. See :func:`read_amc`."""
     path = Path(path)
     if not data or data.isspace():
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
@@ -104,7 +121,10 @@ def parse_amc(
         data=data,
         skeleton=asf.skeleton,
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
-        warnings=(*(_skeleton_warning(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
+        warnings=(
+            *(_skeleton_warning(asf, w) for w in asf.warnings),
+            *first_warnings(rows.warnings),
+        ),
         asf=asf,
         values=values,
         places=places,
@@ -113,15 +133,15 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning prefixed with the name of the skeleton file and the line number."""
+    """Return a warning that begins with the name of the skeleton file and the line number."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
-    """Parser for the frames of an AMC.
+    """A parser for the frames of an AMC file.
 
-    A frame is its number, followed by the bones in any order, each with its numbers.
+    A frame consists of its number and, in any order, the bones with their numbers.
     """
 
     def __init__(self, path: str, data: bytes, asf: Asf) -> None:
@@ -135,13 +155,14 @@ class _Rows:
         self._bones = {name: (k, count) for k, (name, count) in enumerate(moving)}
         self._number: int | None = None  # number of the current frame
         self._in_order = True
-        self._frame: list[list[bytes]] = []  # words of the frame, keyed by bone; empty until read
-        self._first: list[int] = []  # index of the first number token of each bone
+        # Words of each bone in the current frame, empty until read.
+        self._frame: list[list[bytes]] = []
+        self._first: list[int] = []  # token index of each bone's first number
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """Return the error for a word of a line. Lines and words are counted from 0.
+        """Return an error with the position of a word. `expected` is the message.
 
-        `expected` is the message.
+        Lines are counted from 1, words from 0.
         """
         raw = self._data.splitlines()[line - 1]
         starts = [found.start() for found in _SOLID.finditer(raw)] or [0]
@@ -150,7 +171,7 @@ class _Rows:
 
     def read(self, tell: Tell) -> tuple[Array, NDArray[np.int64]]:
         """Return the numbers in joint order, (frames, columns), and their token indices."""
-        # bytes.split treats some control characters as letters; token_spans treats them as space.
+        # bytes.split treats some control characters as part of a word, unlike token_spans.
         odd = len(self._data) != len(self._data.translate(None, _CONTROL))
         split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split
         words: list[bytes] = []
@@ -184,7 +205,7 @@ class _Rows:
         return self._values(words, which).reshape(frames, -1), which
 
     def _begin_frame(self, number_: int, line: int, words: list[bytes], places: list[int]) -> None:
-        """Store the finished frame and begin a new one."""
+        """Store the previous frame, if there is one, and begin a new one."""
         if self._number is not None:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
@@ -235,7 +256,7 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a keyword in the header. Raises AmcError for any other word."""
+        """Read a line of keywords in the header. Raises AmcError for any other line."""
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

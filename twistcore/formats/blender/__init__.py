@@ -1,4 +1,4 @@
-"""Read scene files of other programs as clips, using a separate Blender process."""
+"""Read scene files of other programs through a separate Blender process."""
 
 from twistcore.formats.blender.process import (
     SUFFIXES,

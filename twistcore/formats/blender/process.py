@@ -1,7 +1,7 @@
-"""Run Blender in a separate process to open a scene, and return its bones as arrays.
+"""Open a scene in a separate Blender process, and return its bones as arrays.
 
-Blender is licensed under the GPL, so no part of it is imported here, and it is not a dependency. It
-is run either as the program `blender`, or as a Python whose environment has the module bpy.
+Blender is licensed under the GPL, so it is neither imported here nor a dependency. It is run as the
+program `blender`, or as a Python in which the module bpy is installed.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.with_parent import bound
 
 VARIABLE = "TWIST_BLENDER"
-TIME_LIMIT = 600.0  # default time limit for Blender, in seconds
-# Metres per unit. Nearly all programs write FBX in centimetres; glTF is always in metres.
+TIME_LIMIT = 600.0  # seconds that Blender may take by default
+# Metres per length unit. Nearly all programs write FBX in centimetres; glTF is always in metres.
 SUFFIXES: Mapping[str, float] = MappingProxyType(
     {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
 )
@@ -43,12 +43,16 @@ _NEEDED = (
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """The data that Blender read from a scene, in Blender's coordinates (Z up, metres).
+    """The skeleton and motion that Blender read from a scene.
+
+    Coordinates are Blender's, with Z up, in metres.
 
     Parameters
     ----------
-    names, parents
-        Names and parent indices of the bones, −1 for roots, parents before children.
+    names
+        Names of the bones, parents before children.
+    parents
+        Index of each bone's parent, or −1 for a root, shape (bones,).
     rest
         Matrices of the bones in the rest pose, shape (bones, 4, 4).
     tails
@@ -58,7 +62,7 @@ class Handover:
     fps
         Frames per second.
     figure, take
-        The figure and the take that were read.
+        Names of the figure and the take.
     blender
         Blender's version.
     """
@@ -75,11 +79,11 @@ class Handover:
 
 
 def find_blender(named: str | None = None) -> str:
-    """Return the program to run as Blender.
+    """Return the path of the program to run as Blender.
 
-    The candidates, in this order, are the given program, the program in the environment variable,
-    `blender` on the path, and this Python if it has bpy. Raises TwistError if none is found, or if
-    the given program or the program in the variable cannot be run.
+    The candidates are, in this order: the program `named`, the program in the environment variable,
+    `blender` on the path, and this Python if it has bpy. Raises TwistError if there is none, or if
+    the program that the user named cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
@@ -104,19 +108,25 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender, sample its skeleton, and wait until Blender has ended.
-
-    Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
-    fails.
+    """Open a scene in Blender, sample its skeleton's motion, and wait until Blender ends.
 
     Parameters
     ----------
+    source
+        The scene file.
+    blender
+        The program, from :func:`find_blender`.
     take, figure
-        The take and the figure to read if there are several.
+        Names of the take and the figure to read if there are several.
     fps
         Frame rate to use instead of the scene's.
     time_limit
         The longest time that Blender may take, in seconds.
+
+    Raises
+    ------
+    TwistError
+        If there is no skeleton or more than one, or if Blender fails or takes too long.
     """
     if not source.is_file():
         raise TwistError(f"{source}: there is no such file")
@@ -158,9 +168,11 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
     """Run a command, and return its exit code with its last line of output.
 
-    Raises TwistError if it cannot be run or exceeds the time limit, after which it is terminated.
+    Raises TwistError if the command cannot be run or exceeds the time limit. In the latter case, it
+    is killed.
     """
-    # As a module, Blender does not remove its temporary folder, so it is created inside `folder`.
+    # When run as a module, Blender does not remove its temporary folder, so create that in
+    # `folder`.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:
         try:
@@ -192,7 +204,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """Terminate a process and all its child processes."""
+    """Kill a process and all its child processes."""
     if os.name == "posix":
         os.killpg(process.pid, signal.SIGKILL)
     else:

@@ -1,4 +1,4 @@
-"""Convert a scene's bones to a skeleton and a motion with the axes and the unit of a BVH."""
+"""Convert a scene's bones to a motion with the axes and the unit of BVH files."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from twistcore.formats.bvh import write_motion
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # Z up to Y up
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # turns Z up into Y up
 _STRETCHED = 1e-3
-_MOVED = 1e-5  # share of the height; a bone that moves farther gets position channels
+# Share of the height; a bone that moves farther from its rest position has position channels.
+_MOVED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion of a scene, and notes about scene data that a motion cannot represent."""
+    """A scene's motion, and notes about data that the motion cannot represent."""
 
     motion: Motion
     notes: tuple[str, ...]
@@ -39,11 +40,25 @@ def write_as_bvh(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> tuple[Handover, Converted]:
-    """Read a scene with Blender and write its skeleton's motion as a BVH.
+    """Read a scene with Blender and write its skeleton's motion as a BVH file.
 
-    `unit` is the length of one unit of the BVH in metres; by default it depends on the format. The
-    other parameters are those of :func:`read_scene`. Returns the scene and its motion. Raises
-    TwistError if the scene cannot be read or converted.
+    Parameters
+    ----------
+    source
+        The scene file.
+    output
+        The BVH file to write.
+    blender
+        The program, from :func:`find_blender`.
+    unit
+        Length unit of the BVH in metres. By default, it depends on the scene's format.
+    take, figure, fps, time_limit
+        The same as in :func:`read_scene`.
+
+    Raises
+    ------
+    TwistError
+        If the scene cannot be read or converted.
     """
     scene = read_scene(source, blender, take=take, figure=figure, fps=fps, time_limit=time_limit)
     try:
@@ -55,12 +70,13 @@ def write_as_bvh(
 
 
 def converted(scene: Handover, unit: float) -> Converted:
-    """Convert bones to a motion with the same poses.
+    """Convert a scene's bones to a motion with the same poses.
 
-    `unit` is the length of the motion's unit in metres. Global rotations are relative to the rest
-    pose: in the rest pose, no joint is rotated and offsets are the differences of bone heads. Bones
-    that move relative to their parents have position channels. Raises TwistError for mirrored or
-    flat bones.
+    In the rest pose of the result, no joint is rotated, and offsets are the differences between the
+    heads of bones. Bones that move relative to their parents have position channels. `unit` is the
+    length unit of the result in metres.
+
+    Raises TwistError if a bone is mirrored or has a scale of 0.
     """
     rest, _ = _turned(scene.rest)
     turned, sizes = _turned(scene.poses)
@@ -86,7 +102,10 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Return rotation matrices without their scale, and the scales of their three columns."""
+    """Return the rotation matrices of bones without scale, and the scales of the three columns.
+
+    Raises TwistError if a bone is mirrored or has a scale of 0.
+    """
     m = matrices[..., :3, :3]
     sizes = np.linalg.norm(m, axis=-2)
     if not np.isfinite(m).all() or (sizes < 1e-12).any():
@@ -97,7 +116,7 @@ def _turned(matrices: Array) -> tuple[Array, Array]:
 
 
 def _quaternions(matrices: Array) -> Array:
-    """Convert rotation matrices to quaternions, (…, 3, 3) -> (…, 4), w first."""
+    """Convert rotation matrices (…, 3, 3) to quaternions (…, 4), w first."""
     flat = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     return np.asarray(flat, dtype=np.float64).reshape(*matrices.shape[:-2], 4)
 

@@ -1,4 +1,4 @@
-"""Layout of the numbers in a BVH row, and conversion of rows to motion."""
+"""The columns of a BVH file's rows of numbers, and the conversion of rows to motion."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_ELEMENTS = 1 << 14  # maximum number of quaternions in a block
-_NOTHING = 1e-3  # share of the length in the channels; a shorter OFFSET counts as 0
-_STRETCH = 0.5  # share of that length by which a bone may vary
-_STILL = 0.02  # the same for joints that may move the whole figure
+_ELEMENTS = 1 << 14  # maximum number of quaternions that are computed in one block of frames
+_NOTHING = 1e-3  # share of the length in position channels; a shorter OFFSET counts as 0
+_STRETCH = 0.5  # share of its length by which a bone may vary
+_STILL = 0.02  # the same, for a joint that may move the whole figure
 
 
 @dataclass(frozen=True)
 class JointChannels:
-    """The columns of a joint's channels in a row.
+    """The columns of a joint's channels in a row of numbers.
 
     Attributes
     ----------
     order
-        The axes of the joint's rotation channels in file order, such as 'ZYX'.
+        Axes of the rotation channels, in the order of an intrinsic rotation, such as 'ZYX'.
     rotation
-        The columns of these channels.
+        Columns of the rotation channels.
     position
-        The axis, 0-2, and the column of each position channel.
+        Axis, 0-2, and column of each position channel.
     """
 
     order: str
@@ -37,7 +37,7 @@ class JointChannels:
 
     @property
     def rotatable(self) -> bool:
-        """True if there are rotation channels about three axes, as any rotation needs."""
+        """Return True if there are rotation channels about three different axes."""
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
@@ -46,7 +46,16 @@ def motion_from_channels(
 ) -> Motion:
     """Convert rows of numbers to a motion.
 
-    `values` are in degrees and length units and have the shape (frames, columns).
+    Parameters
+    ----------
+    skeleton
+        The skeleton.
+    channels
+        The channels of each joint.
+    values
+        The rows, in degrees and length units, shape (frames, columns).
+    frame_time
+        Seconds from one frame to the next.
     """
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
@@ -61,11 +70,11 @@ def motion_from_channels(
 def with_bones_of_channels(
     skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
 ) -> Skeleton:
-    """Return the skeleton with offsets taken from position channels for joints whose OFFSET is 0.
+    """Return the skeleton with offsets from position channels for joints with an OFFSET of 0.
 
-    Such an offset is the median of the joint's `positions`, (frames, len(positioned), 3). Roots
-    keep their OFFSET, and so does a joint that moves the whole figure, such as hips below a
-    reference joint.
+    The new offset is the median of the joint's positions. Roots keep their OFFSET, and so does a
+    joint that moves the whole figure, such as hips below a reference joint. `positions` has the
+    shape (frames, len(positioned), 3).
     """
     offsets = skeleton.offsets.copy()
     carrying = _carrying(skeleton)
@@ -89,9 +98,9 @@ def with_bones_of_channels(
 def _carrying(skeleton: Skeleton) -> set[int]:
     """Return the joints that may move the whole figure, such as 'Hips' below 'Reference'.
 
-    From a root downwards, these are the joints without siblings. Where several joints are siblings,
-    only joints with more than two children are included, such as the hips of two people below one
-    reference joint.
+    These are the joints without siblings on the path down from a root. At the end of the path,
+    joints with more than two children are added, such as the hips of two people below one reference
+    joint.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():
@@ -104,14 +113,15 @@ def _carrying(skeleton: Skeleton) -> set[int]:
 
 
 def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
-    """Return the local rotations, (frames, joints, 4)."""
+    """Return the local rotations as quaternions, (frames, joints, 4)."""
     by_order: dict[str, list[int]] = {}
     for joint, layout in enumerate(channels):
         if layout.order:
             by_order.setdefault(layout.order, []).append(joint)
     columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
     rotations = np.empty((len(values), len(channels), 4))
-    # Blocks of frames with the joints as first axis, so that the data stays in the cache.
+    # Frames are processed in blocks that fit into the processor's cache, with frames as the last
+    # axis.
     step = max(64, _ELEMENTS // max(len(channels), 1))
     for a in range(0, len(values), step):
         written = np.ascontiguousarray(values[a : a + step].T)
@@ -126,7 +136,10 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
 
 
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
-    """Fill q[:, joints], (4, joints, frames), with the same values as quaternion_from_euler."""
+    """Write the rotations of joints with the same Euler order into q, (4, joints, frames).
+
+    The values equal those of `quaternion_from_euler`. `cos` and `sin` are those of half the angles.
+    """
     parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
     parts[1 + "XYZ".index(order[0])] = sin[0]
     for k, letter in enumerate(order[1:], 1):

@@ -1,4 +1,4 @@
-"""A BVH clip: its motion and the position of every number in the text."""
+"""A clip read from a BVH file, with the position of every number in the text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_BLOCK = 1 << 18  # bytes
+_BLOCK = 1 << 18  # number of bytes that are searched in one step
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -26,13 +26,15 @@ class BvhClip(Clip):
     Parameters
     ----------
     text
-        The file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8.
+        The file's text as bytes, in UTF-8 if the file is in UTF-16 or UTF-32.
+    wide
+        The encoding of a file in UTF-16 or UTF-32, or None.
     data_start
         Offset of the first motion number in the text.
     channels
         The channels of each joint.
     values
-        The numbers as written (degrees and length units), shape (frames, columns).
+        The motion numbers as written, in degrees and length units, shape (frames, columns).
     """
 
     format = "bvh"
@@ -59,7 +61,7 @@ class BvhClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Start and end offsets of every motion number in the text, in reading order."""
+        """Start and end offsets of the motion numbers in the text, two arrays, in reading order."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
@@ -67,9 +69,9 @@ class BvhClip(Clip):
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles in radians, (frames, 3), or None.
+        """Return a joint's Euler order and its angles in radians, (frames, 3), or None.
 
-        The result is None for a joint without three channels.
+        The result is None for a joint without three rotation channels.
         """
         layout = self.channels[joint]
         return (layout.order, np.radians(self.angles(joint))) if layout.rotatable else None
@@ -77,11 +79,24 @@ class BvhClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
+        """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        If `positions` is True, position numbers that differ are also rewritten. All other bytes
-        stay the same. A number keeps its number of decimals, but has at least 6, and never gets an
-        exponent. Raises ValueError for a changed joint without three rotation channels.
+        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
+        never has an exponent.
+
+        Parameters
+        ----------
+        motion
+            The motion to write.
+        changed
+            Mask of the rotations to write, shape (frames, joints).
+        positions
+            True to write positions where they differ.
+
+        Raises
+        ------
+        ValueError
+            If a changed joint does not have three rotation channels.
         """
         names = self.skeleton.names
         found = turned_numbers(self.values, self.channels, names, motion, changed)
@@ -96,14 +111,14 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end offsets of the tokens in data[start:].
+    """Return the start and end offsets of the tokens in `data` from offset `start`.
 
     Tokens are separated by white space.
     """
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []
     blank = np.True_
-    for a in range(start, len(data), _BLOCK):  # in blocks: a full mask is as large as the file
+    for a in range(start, len(data), _BLOCK):  # a mask of all bytes would be as large as the file
         solid = buffer[a : a + _BLOCK] > 32
         turned = np.empty(len(solid), dtype=np.bool_)
         np.not_equal(solid[1:], solid[:-1], out=turned[1:])

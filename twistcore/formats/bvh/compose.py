@@ -1,7 +1,4 @@
-"""Write any motion as a new BVH file.
-
-The motion may differ from every existing file in length, rate and skeleton.
-"""
+"""Write any motion as a new BVH file."""
 
 from __future__ import annotations
 
@@ -17,16 +14,17 @@ from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
-_DEEPEST = 100  # maximum number of tabs before a line
-_ROWS = 1024  # rows written at a time, since Python numbers take four times as much memory
+_DEEPEST = 100  # maximum number of tabs at the beginning of a line
+# Number of rows formatted at a time, because Python's numbers take four times the memory.
+_ROWS = 1024
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
 def write_motion(motion: Motion, path: str | Path) -> None:
-    """Write a motion as a new BVH, atomically.
+    """Write a motion as a new BVH file, atomically.
 
-    Reading the file gives the same skeleton, with joints in depth-first order, and the same
-    motion, to six decimals of a degree and of the length unit. See `bvh_text` for the channels.
+    Reading the file gives the same skeleton, with joints in depth-first order, and the same motion,
+    to six decimals of a degree and of the length unit. Joints have ZXY rotations.
 
     Parameters
     ----------
@@ -40,14 +38,14 @@ def write_motion(motion: Motion, path: str | Path) -> None:
     TypeError
         If `motion` is not a Motion.
     TwistError
-        If the motion is empty, or has a number that is not finite, a name that is impossible in a
-        BVH, or a rate below 1 or above 10,000 frames per second.
+        If the motion is empty, has a number that is not finite or a joint name that BVH does not
+        allow, or if its frame rate is below 1 or above 10,000 frames per second.
     OSError
         If the file cannot be written.
 
     See Also
     --------
-    write_clip : Write a corrected clip, byte for byte where nothing changed.
+    write_clip : Write a corrected clip in which all other bytes stay the same.
 
     Examples
     --------
@@ -66,11 +64,11 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 
 
 def bvh_text(motion: Motion) -> str:
-    """Return a motion as BVH text with ZXY rotations on all joints.
+    """Return a motion as the text of a BVH file, with ZXY rotations for all joints.
 
-    Roots and positioned joints have XYZ positions before the rotations. Many readers need End
-    Sites, so joints with neither children nor an End Site get one in the direction of the bone.
-    Angles are continuous over time, except for full turns that the range of the middle angle makes
+    Roots and joints with position channels have XYZ positions before the rotations. Because many
+    programs need End Sites, a joint without children and End Site gets one in the direction of its
+    bone. Angles are continuous over time, except for jumps that the range of the middle angle makes
     necessary.
     """
     skeleton = motion.skeleton
@@ -98,7 +96,7 @@ def bvh_text(motion: Motion) -> str:
 
 
 def _sites(skeleton: Skeleton) -> list[list[Array]]:
-    """Return the End Sites of each joint."""
+    """Return the offsets of each joint's End Sites."""
     sites: list[list[Array]] = [[] for _ in skeleton.names]
     for owner, site in skeleton.ends:
         sites[owner].append(np.array(site))
@@ -106,14 +104,14 @@ def _sites(skeleton: Skeleton) -> list[list[Array]]:
 
 
 def _indent(depth: int) -> str:
-    """Return the indentation, limited so that deep skeletons do not make huge files."""
+    """Return the indentation of a line, limited so that deep skeletons do not make huge files."""
     return "\t" * min(depth, _DEEPEST)
 
 
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines that describe a joint, up to the lines of its children."""
+    """Return the lines that describe a joint, without the lines of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [
@@ -141,7 +139,7 @@ def _words(vector: Array) -> str:
 
 
 def _check(motion: Motion, path: str | Path) -> None:
-    """Raise TwistError for a motion that could not be read back from a BVH."""
+    """Raise TwistError if the motion could not be read back from a BVH file."""
     skeleton = motion.skeleton
     if not len(skeleton) or not motion.frames:
         raise TwistError(f"{path}: expected at least one joint and one frame")

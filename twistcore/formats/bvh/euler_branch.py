@@ -1,6 +1,7 @@
-"""Choose among equivalent Euler angles.
+"""Choose among equivalent Euler angles, so that written angles are continuous.
 
-A rotation has two solutions, and full turns can be added to every angle.
+Two sets of angles, called *solutions* here, give the same rotation, and full turns can be added to
+every angle.
 """
 
 from __future__ import annotations
@@ -17,34 +18,38 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
-_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is determined, to half of a float's digits
-_LOCKED = 1e-7  # the same for written angles, which are exact or have at least 5 decimals
-_JUMP = 90.0  # degrees; with smaller steps in all channels, no equivalent angles are nearer
+_GIMBAL = 1e-6  # gimbal lock: at a smaller |cos φ2|, only φ1 ± φ3 is determined
+_LOCKED = 1e-7  # the same for angles in a file, which are exact or have at least 5 decimals
+_JUMP = 90.0  # degrees; if all channels step by less, no equivalent angles are nearer
 _TURN = 2.0 * np.pi
-_MOST_TURNS = 2  # maximum to distribute over the frames; no correction needs more
-# The smallest weight of a frame in the choice of the branch, and the tolerance for angles half a
-# turn off: far above rounding errors, far below any real difference.
+# Maximum number of full turns to distribute over the frames; no correction needs more.
+_MOST_TURNS = 2
+# The smallest weight of a frame in the choice of solutions, and the tolerance for angles that
+# differ by half a turn. The value is far above rounding errors and far below real differences.
 _LEAST_WEIGHT = 1e-6
 
 
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return the Euler angles of q that change least over time, in radians, (n, 3).
+    """Return the Euler angles of rotations that change least over time, radians, (n, 3).
 
-    Every frame has two solutions, each with any number of full turns. The result is the path with
-    the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed angles, a path
-    and the path of the other solutions are equally long. Then the distances to `own` are added to
-    the sum, with the weight cos θ where the rotation differs from the file's by θ < 90°.
+    Of the possible angles, the path with the smallest Σ|Δangle| between the fixed angles at both
+    ends is chosen. Without fixed angles, two paths, each with the other solution in every frame,
+    are equally long. In this case, the distance to the file's angles is added to the sum, with the
+    weight cos θ in a frame whose rotation differs from the file's by θ < 90°.
 
     Parameters
     ----------
+    order
+        The axes, such as 'ZYX'.
     q
-        Shape (n, 4).
+        Rotations in the frames to write, shape (n, 4).
     own
-        The file's angles in these frames, shape (n, 3), whose φ3 is kept in gimbal lock.
+        The file's angles in these frames, shape (n, 3). In gimbal lock, their φ3 is kept.
     before, after
-        The unchanged angles before and after the run, shape (3,), or None at an end of the clip.
+        The unchanged angles before and after these frames, shape (3,), or None at an end of the
+        clip.
     """
     first, locked = _principal(order, q, own[:, 2])
     second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
@@ -60,14 +65,15 @@ def continuous_angles(
     path = _cheapest_path(solutions, before, after)
     out = _unwrapped(solutions[np.arange(len(q)), path], before, after)
     if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
-        return out  # every step has its minimal length, so no path can be shorter
+        return out  # every step is as short as possible, so no path is shorter
     return _least_with_turns(solutions, out, before, after)
 
 
 def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the angles with φ2 in ±90°, radians, (n, 3), and a mask of the frames in gimbal lock.
+    """Return the solutions with φ2 in ±90°, radians, (n, 3), and a mask of frames in gimbal lock.
 
-    In gimbal lock, φ3 is `third`, (n,), or the frame's before the lock if `third` is None.
+    In gimbal lock, φ3 is taken from `third`, (n,), or if that is None, from the last frame before
+    the lock.
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -79,12 +85,12 @@ def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArra
 
 
 def angles_in_order(order: str, q: Array) -> Array:
-    """Return Euler angles of q in another order, in degrees, (n, 3), without avoidable jumps."""
+    """Return Euler angles of q in another order, degrees, (n, 3), without avoidable jumps."""
     return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
 def angles_near(order: str, q: Array, near: Array) -> Array:
-    """Return the Euler angles of q that are nearest to other angles, all in degrees, (n, 3)."""
+    """Return the Euler angles of q that are nearest to the angles `near`, degrees, (n, 3)."""
     first = np.degrees(_principal(order, q, np.radians(near[:, 2]))[0])
     solutions = np.stack([first, _chosen(first, np.zeros(3), True)])
     solutions += 360.0 * np.round((near - solutions) / 360.0)
@@ -94,7 +100,7 @@ def angles_near(order: str, q: Array, near: Array) -> Array:
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of each step of more than half a turn.
+    """Return (row, channel) of each step by more than half a turn. Angles are in radians.
 
     Row n is the step from the last row to `after`.
     """
@@ -107,7 +113,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis, each angle in its shorter direction, in radians."""
+    """Return the sum of |Δangle| over the last axis, with angles wrapped, in radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -115,10 +121,18 @@ def _distance(angles: Array, others: Array) -> Array:
 def _cheapest_path(
     solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
+    """Return the solution of each frame, 0 or 1, on the path with the smallest sum of steps.
 
-    The steps are wrapped, and the path is found with the Viterbi algorithm. `extra` is an
-    additional cost of each solution, shape (n, 2).
+    The path is found with the Viterbi algorithm.
+
+    Parameters
+    ----------
+    solutions
+        Both solutions in each frame, radians, shape (n, 2, 3). Full turns do not matter.
+    before, after
+        The fixed angles before and after the path, shape (3,), or None.
+    extra
+        An additional cost of each solution, shape (n, 2).
     """
     n = len(solutions)
     step = _distance(solutions[1:, None], solutions[:-1, :, None])
@@ -126,10 +140,11 @@ def _cheapest_path(
     finish = np.zeros(2) if after is None else _distance(after, solutions[-1])
     if extra is not None:
         start, step = start + extra[0], step + extra[1:, None]
-    # Only the difference of the two costs matters: ahead = cost of solution 1 − cost of solution 0.
+    # Only the difference between the costs matters: `ahead` is the cost of solution 1 minus the
+    # cost of solution 0.
     ahead = float(start[1] - start[0])
-    came = []  # True where the best path to solution 0 or 1 comes from solution 1
-    # Lists, because Python iterates over them several times faster than over arrays.
+    came = []  # for solutions 0 and 1, True if the best path comes from solution 1
+    # Python iterates over lists several times faster than over arrays.
     for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
         to0, to1 = ahead + leave1, ahead + stay1
         came.append((to0 < stay0, to1 < leave0))
@@ -143,10 +158,7 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Add full turns so that the angles continue `before`.
-
-    If `before` is None, they lead to `after` instead.
-    """
+    """Add full turns so that the angles continue `before` or, if that is None, lead to `after`."""
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:
@@ -155,11 +167,11 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
     return unwound
 
 
-# -- without untouched frames around --------------------------------------------------------------
+# -- joints that are rewritten in every frame ------------------------------------------------------
 #
-# If a joint is rewritten in every frame, only the file's own angles decide between two equally
-# smooth curves. Frames in which the rotation is close to the file's have the greatest weight;
-# frames that were turned far have almost none.
+# If a joint is rewritten in every frame, only the file's angles decide between two equally smooth
+# curves. Frames whose rotation is close to the file's have the greatest weight, and frames with a
+# large correction have almost none.
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
@@ -170,35 +182,43 @@ def _near_own(order: str, q: Array, own: Array) -> Array:
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns that bring each whole channel nearest to `own`, radians, (3,)."""
+    """Return the full turns that bring each channel as a whole nearest to `own`, radians, (3,)."""
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
-    # The median, not the mean: where `own` wraps, the majority of frames decides.
+    # The median is used because, where `own` wraps, the majority of the frames should decide.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
     return turns
 
 
 # -- remaining full turns -------------------------------------------------------------------------
 #
-# Between fixed angles on both sides a channel may need one turn more than its shortest steps, for
-# example after a correction through ±180°. The best frame for this turn depends on the branch, so
-# branch and turns are chosen together.
+# Between fixed angles at both ends, a channel may need one full turn more than its shortest steps,
+# for example after a correction through ±180°. The best frame for this turn depends on the
+# solutions, so solutions and turns are chosen together.
 
 
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
-    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
+    """Return the path from `before` to `after` with the smallest Σ|Δangle|, radians, (n, 3).
 
-    `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
-    path of solutions that begins at `before` and has no steps above half a turn, shape (n, 3). The
-    result is exact up to 2 turns, and is found by dynamic programming over the solution and the
-    full turns of each channel relative to `near`.
+    The path is found by dynamic programming over the solution and the full turns of each channel
+    relative to `near`. The result is exact for up to 2 turns.
+
+    Parameters
+    ----------
+    solutions
+        Both solutions in each frame, up to full turns, shape (n, 2, 3).
+    near
+        A path that begins at `before` and has no steps above half a turn, shape (n, 3).
+    before, after
+        The fixed angles before and after the path, shape (3,).
     """
-    # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
-    # near on both sides, so two more turns may be only one. Therefore a second turn in each
-    # direction is included.
+    # Turns are counted from the angle nearest to the path. If two angles are equally near, at half
+    # a turn on both sides, the count may be off by one, so one more turn in each direction is
+    # included.
     base = solutions + _TURN * np.round((near[:, None] - solutions) / _TURN)
     left = np.clip(np.round((after - near[-1]) / _TURN), -_MOST_TURNS, _MOST_TURNS)
     turns = [np.arange(min(t, 0) - 2, max(t, 0) + 3) * _TURN for t in left]
-    grids = [base[:, :, c, None] + turns[c] for c in range(3)]  # (n, 2, turns of the channel)
+    # (frames, solutions, turns) of each channel.
+    grids = [base[:, :, c, None] + turns[c] for c in range(3)]
     cost = sum(
         np.expand_dims(np.abs(grid[0] - before[c]), _others(c)) for c, grid in enumerate(grids)
     )
@@ -224,26 +244,26 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """Return the axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns).
+    """Return the axes of the turns of the other two channels in (solutions, turns, turns, turns).
 
-    These are the axes of the turns of the two other channels.
+    Inserting these axes lets an array (solutions, turns) of one channel broadcast.
     """
     return tuple(1 + c for c in range(3) if c != channel)
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the lowest cost of every state in the next frame, and the state before it.
+    """Return the lowest cost of every state in the next frame, and the states before it.
 
-    A state is a solution with the turns of its three channels. Since |Δ| is a sum over the
-    channels, they are processed one after another, and each step depends only on the channel's
-    turns and on the two solutions.
+    A state is a solution with the turns of its three channels. Since |Δ| is a sum over channels,
+    the channels are processed one after another. Each step depends only on the channel's turns and
+    on the two solutions.
     """
     back: list[Array] = []
-    now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)
+    now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns of 3 channels)
     for c, (old, new) in enumerate(steps):
-        # (from, to, old turns, new turns)
+        # The shape is (from, to, old turns, new turns).
         step = np.abs(new[None, :, None, :] - old[:, None, :, None])
-        moved = np.moveaxis(now, 2 + c, -1)  # (from, to, two others, old turns)
+        moved = np.moveaxis(now, 2 + c, -1)  # (from, to, turns of 2 other channels, old turns)
         every = moved[..., None] + step[:, :, None, None]
         choice = every.argmin(axis=-2)
         now = np.moveaxis(every.min(axis=-2), -1, 2 + c)
@@ -260,22 +280,22 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
     return (source, *turns)
 
 
-# -- steps in written angles -----------------------------------------------------------------------
+# -- steps in the angles of a file -----------------------------------------------------------------
 
 
 def unrolled_angles(order: str, angles: Array) -> Array:
-    """Return equivalent angles without the steps that another choice avoids, in degrees, (n, k).
+    """Replace angles by equivalent ones without avoidable steps, in degrees, (n, channels).
 
-    Where a channel steps by more than 90°, the equivalent angles nearest to the frame before are
-    chosen: with full turns and, for three different axes, the other solution; in gimbal lock also
-    any division between the outer angles. Until the next such step, frames keep the choice. Angles
-    without such steps stay the same in every bit.
+    Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are
+    chosen. These may have additional full turns, may be the other solution (for three different
+    axes) and may divide the rotation differently between the outer angles (in gimbal lock). The
+    choice is kept until the next such step. Angles without such steps do not change in any bit.
     """
     out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
     steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)
     if not steps.any():
         return out
-    lock = np.zeros(len(angles), dtype=np.int64)  # in gimbal lock the sign of sin φ2, else 0
+    lock = np.zeros(len(angles), dtype=np.int64)  # sign of sin φ2 in gimbal lock, 0 in other frames
     if paired:
         middle = np.radians(angles[:, 1])
         lock = np.where(np.abs(np.cos(middle)) < _LOCKED, np.sign(np.sin(middle)), 0).astype(int)
@@ -295,7 +315,10 @@ def unrolled_angles(order: str, angles: Array) -> Array:
 
 
 def _chosen(angles: Array, shift: Array, other: bool) -> Array:
-    """Return angles (…, k) plus a shift, or of the other solution, in degrees."""
+    """Return one of the two solutions for angles (…, k), plus a shift, in degrees.
+
+    `angles` are one solution. The other one is returned if `other` is True.
+    """
     if other:
         angles = np.stack(
             [angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], -1
@@ -304,7 +327,10 @@ def _chosen(angles: Array, shift: Array, other: bool) -> Array:
 
 
 def _nearest(angles: Array, before: Array, lock: int, paired: bool) -> tuple[Array, bool]:
-    """Return the shift, and whether it is the other solution, nearest to the angles before."""
+    """Return the shift and the solution that bring angles nearest to `before`.
+
+    The solution is True for the other one. `lock` is the sign of sin φ2 in gimbal lock, or 0.
+    """
     if lock:  # only φ1 ± φ3 is determined
         off = before - angles
         both = off[0] + lock * off[2]

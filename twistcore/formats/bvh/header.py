@@ -1,4 +1,4 @@
-"""Parse the HIERARCHY part of a BVH."""
+"""Parse the HIERARCHY section of a BVH file."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import numpy as np
 from twistcore.errors import BvhError
 from twistcore.formats.bvh.channels import JointChannels
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.formats.clip import ClipWarning, first_warnings
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_MOST_CHANNELS = 64  # real files have at most 9; a damaged number must not exhaust the memory
+# Real files have at most 9 per joint; a damaged number must not exhaust the memory.
+_MOST_CHANNELS = 64
 
 
 @dataclass
@@ -30,19 +31,22 @@ class _Joint:
 
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
-# The number of digits is limited, because a word in a file may have any length.
+# The number of digits is limited, because words may have any length.
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class HeaderWords:
-    """A reader for the words of the header. Line numbers are computed only when needed."""
+    """A reader for the words of the header.
+
+    Line numbers are computed only when they are needed.
+    """
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
         self._text = text
         self._at = self._end = 0
-        self._counted, self._line = 0, 1  # an offset and the number of its line
+        self._counted, self._line = 0, 1  # an offset in the text and the number of its line
 
     @property
     def span(self) -> tuple[int, int]:
@@ -57,7 +61,7 @@ class HeaderWords:
         return self._line
 
     def fail(self, expected: str) -> BvhError:
-        """Return the error for the last word."""
+        """Return an error at the last word. `expected` is the message."""
         line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
         return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
@@ -71,14 +75,17 @@ class HeaderWords:
         return found.group()
 
     def rest_of_line(self) -> str:
-        """Return the rest of the line up to an opening brace. Names may contain spaces."""
+        """Return the rest of the line up to an opening brace, because names may contain spaces."""
         found = _REST.match(self._text, self._end)
         assert found is not None
         self._end = found.end()
         return found.group().strip()
 
     def number(self, what: str) -> float:
-        """Return the next word as a number. Raises BvhError for another word."""
+        """Return the next word as a number. Raises BvhError if it is not a number.
+
+        `what` names the number in the message.
+        """
         word = self.next()
         value = decimal_value((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
@@ -89,19 +96,19 @@ class HeaderWords:
 
 
 def quoted(word: str | None) -> str:
-    """Return a word for a message: in quotes, escaped and shortened."""
+    """Return a word in quotes, escaped and shortened, for a message."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
 def has_comma(word: str | None) -> bool:
-    """True if a word is a number with a decimal comma."""
+    """Return True if a word is a number with a decimal comma."""
     return word is not None and _DECIMAL_COMMA.fullmatch(word) is not None
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is not a number, and mention any decimal comma.
+    """Return the message for a word that is not a number.
 
-    `expected` is the message for all other words.
+    The message is `expected`, unless the word has a decimal comma.
     """
     if has_comma(word):
         return (
@@ -113,9 +120,9 @@ def no_number(expected: str, word: str | None) -> str:
 def parse_header(
     path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
-    """Parse the text before MOTION into the skeleton and the layout of the channels.
+    """Parse the text before MOTION into the skeleton and the channels of each joint.
 
-    Assumptions are added to `warnings`. Raises BvhError if the text is not valid.
+    Assumptions are appended to `warnings`. Raises BvhError if the text is invalid.
     """
     words = HeaderWords(path, text)
     word = words.next()
@@ -123,7 +130,7 @@ def parse_header(
         raise words.fail(f"expected HIERARCHY, found {quoted(word)}")
     joints: list[_Joint] = []
     ends: list[tuple[int, tuple[float, float, float]]] = []
-    stack: list[int | None] = []  # None marks an End Site
+    stack: list[int | None] = []  # joints that are open, None for an End Site
     while (word := words.next()) is not None:
         key = word.upper()
         if key in ("ROOT", "JOINT"):
@@ -167,14 +174,17 @@ def parse_header(
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
-    warnings[:] = some_of(warnings)
+    warnings[:] = first_warnings(warnings)
     if not joints:
         raise words.fail("expected at least one ROOT")
     return _assemble(joints, ends, warnings)
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the joint `closed` has no OFFSET. `closed` is None for an End Site."""
+    """Add a warning if the joint that was closed has no OFFSET.
+
+    `closed` is the joint's index, or None for an End Site.
+    """
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
@@ -238,7 +248,7 @@ def _assemble(
 
 
 def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
-    """Return the names as written, except that a repeated name becomes 'name #2'."""
+    """Return the names, with a repeated name changed to 'name #2' and so on."""
     seen: dict[str, int] = {}
     taken = set(names)
     out = []

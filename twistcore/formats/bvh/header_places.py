@@ -1,4 +1,4 @@
-"""Find the words of a valid HIERARCHY that can be rewritten: names, offsets and channels."""
+"""Find the words of a HIERARCHY section that can be rewritten: names, offsets and channels."""
 
 from __future__ import annotations
 
@@ -11,17 +11,19 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class HeaderPlace:
-    """Where a word is in the text of a file, as byte offsets [start, stop).
+    """The place of a word in the text of a file.
 
     Attributes
     ----------
     kind
         'name', 'offset' (a number of an OFFSET), 'count' (the number of channels) or 'channel'.
     joint
-        Index of the joint to which the word, or the End Site with the word, belongs.
+        Index of the joint to which the word belongs. An End Site belongs to its joint.
     place
-        The axis of an offset, the number of channels after a count, or the index of a channel
-        among the joint's channels.
+        The axis of an offset, the number of channels of a count, or the index of a channel among
+        the joint's channels.
+    start, stop
+        Offsets of the word, in bytes.
     """
 
     kind: str
@@ -32,11 +34,11 @@ class HeaderPlace:
 
 
 def header_places(text: bytes) -> list[HeaderPlace]:
-    """Return all such words in the text of a valid BVH, in file order."""
+    """Return the places of all words of a valid BVH text that can be rewritten, in file order."""
     words = text.decode("utf-8", "surrogateescape")
     found, at, stop = [], 0, 0
     for kind, joint, place, start, end in _places(words):
-        # Offsets in bytes: a name may have characters of several bytes.
+        # Convert characters to bytes, because a name may have characters of several bytes.
         begin = stop + len(words[at:start].encode("utf-8", "surrogateescape"))
         at, stop = end, begin + len(words[start:end].encode("utf-8", "surrogateescape"))
         found.append(HeaderPlace(kind, joint, place, begin, stop))

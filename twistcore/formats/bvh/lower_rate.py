@@ -1,4 +1,4 @@
-"""Repeat or drop rows of a clip. The bytes of the remaining rows do not change."""
+"""Keep, repeat or drop rows of a clip. The bytes of the remaining rows do not change."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from twistcore.formats.bvh.reader import parse_bvh, timing_fields
 
 
 def decimated(clip: BvhClip, step: int) -> BvhClip:
-    """Return a clip with every step-th frame, starting with frame 0, at the rate fps / step."""
+    """Return a clip with only every `step`-th frame, from frame 0, and a lower frame rate."""
     if step == 1:
         return clip
     return with_rows(clip, range(0, clip.frames, step), clip.motion.frame_time * step)
 
 
 def with_rows(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
-    """Return a clip whose frames are the given frames of another, with a new frame time in s."""
+    """Return a clip with the given frames of another clip. `frame_time` is in seconds."""
     frames, columns = clip.values.shape
     starts, _ = clip.token_spans
     heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.text)]
@@ -33,5 +33,5 @@ def with_rows(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
 
 
 def reparsed(clip: BvhClip, text: bytes) -> BvhClip:
-    """Parse a changed text of a clip, whose encoding is kept."""
+    """Parse the changed text of a clip. The encoding stays the same."""
     return parse_bvh(text if clip.wide is None else clip.wide.encoded(text), clip.path)

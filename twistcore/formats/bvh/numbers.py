@@ -1,8 +1,8 @@
-"""Read the motion numbers in blocks, with exactly the same values as float().
+"""Read motion numbers in blocks, with exactly the same values as float().
 
-Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`,
-blocks with exponents, plus signs or many digits by numpy's reader, and all other blocks one number
-at a time.
+Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`.
+Blocks with exponents, plus signs or many digits are read by numpy, and all other blocks number by
+number.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-_BLOCK = 1 << 18  # bytes read in one step, so few that they stay in a core's cache
-_SAMPLE = 1 << 14  # number of bytes from which the density of numbers is estimated
+_BLOCK = 1 << 18  # number of bytes read in one step; they fit into the processor's cache
+_SAMPLE = 1 << 14  # number of bytes by which the density of numbers is estimated
 LARGEST = 1e100  # sums and products of smaller numbers stay finite
 _SPACES = bytes.maketrans(b"\t\n\v\f\r", b"     ")
-# No digit can match in two ways, so a long number that ends in a letter is rejected quickly.
+# A digit can match in only one way, so a long number that ends in a letter is rejected quickly.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BLANK = re.compile(rb"[\x00-\x20]")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
@@ -31,9 +31,14 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers in reading order, and the count of numbers before each line break.
+    """Numbers that were read from a text.
 
-    The fields are `values` and `lines`.
+    Attributes
+    ----------
+    values
+        The numbers, in reading order.
+    lines
+        The count of numbers before each line break.
     """
 
     values: Array
@@ -41,34 +46,40 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """Raised if a token is not a number below LARGEST.
+    """A token in the text is not a number below LARGEST.
 
-    The error has the token and its offset in the text.
+    Attributes
+    ----------
+    offset
+        Offset of the token in the text, in bytes.
+    token
+        The token.
     """
 
     def __init__(self, offset: int, token: bytes) -> None:
-        super().__init__(offset, token)  # exceptions are pickled with their arguments
+        super().__init__(offset, token)  # pickling keeps only these arguments
         self.offset, self.token = offset, token
 
 
 def decimal_value(token: bytes) -> float:
-    """Return the value of a decimal number, or NaN for other text.
+    """Return the value of a decimal number, or NaN for any other text.
 
-    Forms such as 1_000, which float() accepts, also give NaN.
+    Forms that only float() accepts, such as 1_000, also give NaN.
     """
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
 def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
-    """Read the numbers in data[start:], separated by white space.
+    """Read the numbers in data[start:], which are separated by white space.
 
-    Raises BadNumberError for any other token. Because the text is read in blocks, little memory is
-    needed apart from the values. `tell` is called after each block.
+    The text is read in blocks, so that little memory is needed apart from the values. `tell` is
+    called with the progress, 0…1, after each block. Raises BadNumberError if a token is not a
+    number.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # After this much memory was freed, glibc reuses blocks of up to this size. If not, every block
-    # would need new pages, which takes a fifth of the time.
+    # Once a large array was freed, glibc reuses memory for arrays up to its size. Without this,
+    # every block would need new pages, which takes a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
@@ -81,12 +92,12 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
         lines.append(found.lines + filled)
         filled = stop
         tell((b - start) / (len(data) - start))
-    # The unused space was never written to, so it takes no memory.
+    # The unused end of the array was never written, so it takes no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the spans of blocks in data[start:end], each ending in white space or at `end`."""
+    """Yield the spans of blocks in data[start:end]. A block ends after white space or at `end`."""
     while start < end:
         found = _BLANK.search(data, start + _BLOCK - 1, end)
         stop = found.end() if found else end
@@ -95,9 +106,9 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return a slightly high estimate of the number of values.
+    """Return an estimate of the number of values that is slightly too high.
 
-    The estimate is based on the density of numbers in the first block.
+    The estimate uses the density of numbers at the beginning of the first block.
     """
     if not spans:
         return 0
@@ -108,7 +119,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return the count of `marks` (ascending offsets) before each line break."""
+    """Return the count of `marks`, which are ascending offsets, before each line break."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns
@@ -118,7 +129,7 @@ def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
 
 
 def _read_block(block: _Bytes) -> Numbers | None:
-    """Return the numbers of a block, or None if a token is not a number."""
+    """Return the numbers of a block, or None if numpy cannot read a token as a number."""
     if (plain := plain_numbers(block)) is not None:
         values, marks = plain
     else:
@@ -127,7 +138,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
             return None
         blank = block <= 32
         marks = np.flatnonzero(blank[1:] > blank[:-1])
-        try:  # as one line, because loadtxt needs the same number of columns in every line
+        try:  # loadtxt needs equal numbers of columns in all lines, so the text is one line
             values = np.loadtxt([text.decode()], comments=None, ndmin=1)
         except ValueError:
             return None
@@ -137,7 +148,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
-    """Read every token with float(). Raises BadNumberError if a token is not a number."""
+    """Read each token with float(). Raises BadNumberError if a token is not a number."""
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()

@@ -1,4 +1,4 @@
-"""Replace the numbers of corrected joints, in the corrected frames, in the text of a file."""
+"""Replace numbers of corrected joints in the text of a file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from twistcore.skeleton.rotation import Array
 
 MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
-_FARTHEST = 2e6 * np.pi  # radians; beyond a million turns, an angle loses digits
-_LONG = 40  # bytes; longer numbers are rewritten one by one
+_FARTHEST = 2e6 * np.pi  # radians; an angle of more than a million turns loses digits
+_LONG = 40  # bytes; the decimals of longer numbers are counted one number at a time
 
 
 def turned_numbers(
@@ -26,11 +26,32 @@ def turned_numbers(
     motion: Motion,
     changed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
-    """Return the rotation numbers to write at `changed` (frames, joints), and the channel jumps.
+    """Return the rotation numbers to write, which are continuous with the neighbouring frames.
 
-    The first result is the index of each number in reading order, the second is its new value in
-    degrees. `values` are the numbers as written, shape (frames, columns). The angles are continuous
-    with the neighbouring frames. Raises ValueError for a joint without three rotation channels.
+    Parameters
+    ----------
+    values
+        The numbers in the file, shape (frames, columns), angles in degrees.
+    channels, names
+        The channels and the name of each joint.
+    motion
+        The motion to write.
+    changed
+        Mask of the rotations to write, shape (frames, joints).
+
+    Returns
+    -------
+    tokens : ndarray, shape (n,)
+        Index of each number in reading order.
+    numbers : ndarray, shape (n,)
+        The new numbers, in degrees.
+    jumps : tuple of ChannelJump
+        Steps of more than 180° that cannot be avoided.
+
+    Raises
+    ------
+    ValueError
+        If a changed joint does not have three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -63,7 +84,15 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
 def changed_positions(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the position numbers that differ, as indices in reading order and new values."""
+    """Return the position numbers that differ between two motions.
+
+    Returns
+    -------
+    tokens : ndarray, shape (n,)
+        Index of each number in reading order.
+    numbers : ndarray, shape (n,)
+        The numbers of `motion`, in the file's unit.
+    """
     tokens, numbers = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     for place, positioned in enumerate(motion.positioned):
         for axis, column in channels[positioned].position:
@@ -81,22 +110,35 @@ def with_numbers(
     numbers: Array,
     least: int = MIN_DECIMALS,
 ) -> bytes:
-    """Return a text in which `numbers`, (n,), replace the given tokens.
+    """Return the text in which new numbers replace the given tokens.
 
-    All other bytes stay the same. `spans` are the byte offsets of the start and end of all tokens,
-    in reading order. A number keeps its number of decimals, but has at least `least`, and never
-    gets an exponent.
+    All other bytes stay the same. A number keeps its number of decimals, but has at least `least`,
+    and never has an exponent.
+
+    Parameters
+    ----------
+    data
+        The text.
+    spans
+        Byte offsets of the starts and the ends of all tokens, in reading order.
+    tokens
+        Indices of the tokens to replace, shape (n,).
+    numbers
+        The new numbers, shape (n,).
+    least
+        Minimum number of decimals.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
     starts, ends = (span[tokens] for span in spans)
     decimals = _decimals(data, starts, ends)
-    # Neighbours separated by one space are written together, so that there are fewer parts to join.
+    # Neighbouring numbers with one space between them are written together, so that there are fewer
+    # parts to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
     form = 2 * np.clip(decimals, least, _MAX_DECIMALS) + together
-    # One format call for all numbers: separate calls would take longer than everything else.
+    # All numbers are formatted in one call. Separate calls would take longer than everything else.
     forms = [f"%.{k // 2}f{' ' if k % 2 else chr(10)}" for k in range(2 * _MAX_DECIMALS + 2)]
     text = "".join([forms[k] for k in form.tolist()]) % tuple(numbers.tolist())
     first = np.roll(~together, 1)
@@ -109,7 +151,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of decimals of each token at these offsets, ignoring exponents."""
+    """Return the number of decimals of each token, ignoring exponents."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts
@@ -118,8 +160,7 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
         byte, inside = buffer[ends - 1 - back], back < length
         decimals[(byte == 46) & inside] = back
         odd |= ((byte | 32) == 101) & inside
-    # Exponents and very long numbers are rare. Exponents are dropped, since only the mantissa
-    # matters.
+    # Exponents and very long numbers are rare. Only the mantissa has decimals.
     for k in np.flatnonzero(odd).tolist():
         mantissa = data[starts[k] : ends[k]].lower().partition(b"e")[0]
         decimals[k] = len(mantissa.partition(b".")[2])
@@ -127,6 +168,6 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the spans [start, stop) of the runs of True values, shape (n, 2)."""
+    """Return the spans [start, stop) of runs of True values, shape (runs, 2)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return edges.reshape(-1, 2)

@@ -1,7 +1,7 @@
 """Read thousands of short numbers at a time with array operations.
 
-For every byte, the value of the next 1, 2 or 4 digits is computed. Each number is then computed
-from the values before and after its decimal point. There is no loop over bytes.
+For every byte of the text, the value of the next 1, 2 or 4 digits is computed. Each number is then
+the sum of such values before and after its decimal point.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 
 _PAD = 16
-_WIDTHS = (4, 4, 2, 1)  # numbers of digits that are read together after the point
+_WIDTHS = (4, 4, 2, 1)  # numbers of digits that are read together, after the decimal point
 _POWERS = 10.0 ** np.arange(1 + sum(_WIDTHS))
 _SIGNS = np.array([1.0, -1.0])
 _Flags = NDArray[np.bool_]
@@ -21,20 +21,21 @@ _Groups = list[tuple[int, _Indices | slice]]
 
 
 def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
-    """Return the numbers in a block of text and the end of each, or None if any is not plain.
+    """Return the numbers in a block of text, and the offset of each number's end.
 
     A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.
-    It is computed as an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
-    their quotient is correctly rounded.
+    It is computed as the quotient of an integer below 2⁵³ and a power of ten up to 10²². Both are
+    exact, so the result is correctly rounded. If any number is not plain, the result is None.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
     x[_PAD:-_PAD] = block
     one = x - 48
     digit, point, minus = one < 10, x == 46, x == 45
-    blank = (x - 9 < 5) | (x == 32)  # tab, line feed, vertical tab, form feed, carriage return
+    # Tab, line feed, vertical tab, form feed, carriage return or space.
+    blank = (x - 9 < 5) | (x == 32)
     if sum(int(np.count_nonzero(f)) for f in (blank, digit, point, minus)) != len(x):
         return None
-    end = np.zeros(len(x), dtype=np.bool_)  # the blank directly after a number
+    end = np.zeros(len(x), dtype=np.bool_)  # True for the blank directly after a number
     np.greater(blank[1:], blank[:-1], out=end[1:])
     if (minus[1:] > blank[:-1]).any() or (end[1:] > digit[:-1]).any():
         return None
@@ -42,12 +43,13 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     if found is None:
         return None
     at, ends, groups = found
-    pair = digit[1:] & digit[:-1]  # digits at i and i + 1
-    quad = pair[1:-2] & pair[3:]  # digits at i + 1 … i + 4
+    pair = digit[1:] & digit[:-1]  # True if i and i + 1 are digits
+    quad = pair[1:-2] & pair[3:]  # True if i + 1 to i + 4 are digits
     if (quad & digit[:-4]).take(at - 5).any():
         return None
     one *= digit
-    # At i: up to two digits that end at i + 1, then up to four digits that end at i + 3.
+    # The entry at i is the value of up to two digits that end at i + 1, or of up to four that end
+    # at i + 3.
     two = one[:-1] * 10 * digit[1:] + one[1:]
     four = two[:-2] * np.uint16(100) * pair[2:] + two[2:]
     values = four.take(at - 4).astype(np.float64)
@@ -60,7 +62,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
                 next_at += width
                 left -= width
         values[of] = part / _POWERS[decimals]
-    # At i: a sign at i + 4 or, before up to four digits that end there, at i + 3 … i.
+    # True at i if there is a minus sign at i + 4, or before up to four digits that end there.
     signed = minus[1:] | minus[:-1] & digit[1:]
     signed = signed[3:] | signed[1:-2] & pair[3:]
     signed |= minus[:-4] & quad
@@ -69,9 +71,9 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the result of :func:`_points`, three times as fast, for equal counts of decimals.
+    """Return the same as :func:`_points`, three times as fast, if all numbers have equal decimals.
 
-    The result is None if the counts differ.
+    If the numbers of decimals differ, the result is None.
     """
     first = int(point.argmax())
     n = int(end[first:].argmax())
@@ -82,10 +84,10 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return each number's point and end, and the numbers grouped by their count of decimals.
+    """Return the point and the end of each number, and the numbers grouped by decimals.
 
-    For a number without a point, the point is its end. The result is None if a number has two
-    points or too many decimals.
+    For a number without a point, the point is its end. If a number has two points or too many
+    decimals, the result is None.
     """
     events = np.flatnonzero(point | end)
     is_point = point.take(events)

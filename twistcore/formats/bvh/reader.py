@@ -1,4 +1,4 @@
-"""Parse the bytes of a BVH into a Clip."""
+"""Read a BVH file as a clip."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
 _FRAME_TIME = re.compile(
     rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?"
-    # The number is on this line or alone on the next one. If it is missing, the next line is a row.
+    # The number is on this line, or alone on the next line. If it is missing, the next line is a
+    # row.
     rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
     re.I,
 )
-# No digit can match in two ways, so a long number that ends in a letter is rejected quickly.
+# A digit can match in only one way, so a long number that ends in a letter is rejected quickly.
 _SECONDS = re.compile(rb"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
@@ -45,7 +46,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     fps : float, optional
         The frame rate, in frames per second, to use instead of the file's.
     tell : callable, optional
-        Called repeatedly with the completed share of the work, 0…1.
+        Called repeatedly with the progress, 0…1.
 
     Returns
     -------
@@ -55,8 +56,8 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     BvhError
-        If the file cannot be read without a guess that would move a joint, or has the suffix of
-        another format. The error has the file, line, column and expected text, and is a TwistError.
+        If the file is invalid, cannot be read without a guess that would move a joint, or has the
+        suffix of another format. This TwistError has the file, line, column and expected text.
 
     See Also
     --------
@@ -92,7 +93,7 @@ def parse_bvh(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> BvhClip:
-    """Parse a BVH from bytes. The parameters are those of :func:`read_bvh`."""
+    """Parse the bytes of a BVH file. See :func:`read_bvh`."""
     path = Path(path)
     name = str(path)
     wide = _wide_text(name, data)
@@ -154,7 +155,8 @@ def parse_bvh(
         channels=channels,
         values=numbers.values[: rows * columns].reshape(rows, columns),
         frame_time=frame_time,
-        warnings=(*warnings, *of_header),  # about the whole clip first, because not all are shown
+        # Warnings about the whole clip come first, because not all are shown.
+        warnings=(*warnings, *of_header),
         declared_frames=declared,
     )
 
@@ -162,7 +164,7 @@ def parse_bvh(
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text.
 
-    Each span is (start, end) in byte offsets.
+    A span is a pair of byte offsets, (start, stop).
     """
     found = _MOTION.search(data)
     assert found is not None
@@ -192,7 +194,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """Return the line number of a byte offset, from 1. CR, LF and CRLF each end a line."""
+    """Return the line number of a byte offset, from 1. CR, LF and CRLF end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 
@@ -210,7 +212,7 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
 
 
 def _other_count(declared: int, rows: int) -> str:
-    """Return the message for a header whose frame count differs from the number of rows."""
+    """Return the warning that the header declares another number of frames than there are rows."""
     if rows > declared:
         return f"The header declares {declared} frames, but {rows} complete rows were read."
     missing = declared - rows
@@ -250,23 +252,23 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the frame rate that is probably meant by a Frame Time above one second.
+    """Return the frame rate that a Frame Time above one second probably means.
 
-    A whole number or a television rate (29.97) is taken as frames per second, and any other number
-    as milliseconds per frame.
+    A whole number or a television rate, such as 29.97, is frames per second. Any other number is
+    milliseconds per frame.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
 
 
-# -- assignment of lines to frames ----------------------------------------------------------------
+# -- rows and lines --------------------------------------------------------------------------------
 
 
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
     """Raise BvhError unless each frame begins on a new line. The last row may be incomplete.
 
-    A frame may be wrapped over several lines, but no line may contain parts of two frames. If a
-    line does, a number is missing earlier, and all later numbers are in the wrong channel.
+    A frame may continue on several lines, but no line may contain parts of two frames. If a line
+    does, a number is missing earlier, and all later numbers are in the wrong channels.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)
@@ -275,7 +277,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     fits[fits] = numbers.lines[at[fits]] == heads[fits]
     if total >= columns and fits.all():
         return
-    # The quick check failed: examine the lines one by one.
+    # This quick check failed, so examine the lines one by one.
     first = 1 + sum(1 for _ in _LINE.finditer(data, 0, start))
     counts = [(first + k, len(line.split())) for k, line in enumerate(_LINE.split(data[start:]))]
     counts = [(line, count) for line, count in counts if count]
@@ -287,12 +289,15 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 
 
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
-    """Return the first line whose row is too short or too long, with found and expected counts."""
+    """Return the first line that is too short or too long, and its found and expected counts.
+
+    `counts` lists the line number and the count of numbers of each line.
+    """
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:
         wrong = next(((n, c) for n, c in counts if c != columns), counts[0])
         return (*wrong, columns)
-    # Wrapped lines: the lines of the first frame are the pattern.
+    # Frames continue on several lines. The lines of the first frame are the pattern.
     pattern: list[int] = []
     left = columns
     for line, count in counts:

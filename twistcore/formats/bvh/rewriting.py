@@ -1,7 +1,7 @@
-"""Rewrite a BVH in other angles, axes, units, channels, names or rates, and list what changed.
+"""Rewrite a BVH file with other angles, axes, units, channels, names or frame rates.
 
-Each function takes a clip and returns it as it would be read after the change. All bytes that need
-not change stay the same.
+Each function takes a clip and returns the clip after the change, with a list of what changed. Bytes
+that need not change stay the same.
 """
 
 from __future__ import annotations
@@ -25,26 +25,29 @@ from twistcore.skeleton.resampling import frames_at_times, resampled
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-STILL = 1e-5  # share of the height by which a position may differ from its OFFSET
-_SAME = 1e-9  # degrees; smaller differences are rounding
-_SAME_RATE = 5e-4  # the same for the ratio of two rates, since 0.01667 means 1/60, but not 1/59.94
-_SIMPLE = 10  # largest denominator of a ratio that is meant to be exact
+STILL = 1e-5  # share of the height; a position that differs less from OFFSET does not move
+_SAME = 1e-9  # degrees; smaller differences are rounding errors
+_SAME_RATE = 5e-4  # the same for ratios of frame rates: 0.01667 means 1/60, but not 1/59.94
+_SIMPLE = 10  # largest denominator of a ratio of frame rates that is treated as exact
 
 
 @dataclass(frozen=True)
 class RewrittenJoint:
-    """What was rewritten for a joint.
+    """The changes of one joint.
 
     Attributes
     ----------
+    joint
+        The joint's name.
     numbers
-        How many motion numbers differ or were removed.
+        Number of motion values that differ or were removed.
     start, stop
-        The first frame with such a number, and the frame after the last one; 0 if there are none.
+        The first frame with such a value, and the frame after the last one. Both are 0 if there are
+        none.
     frames
-        How many frames have such numbers.
+        Number of frames with such values.
     words
-        How many words and numbers of the hierarchy differ.
+        Number of words and numbers in the hierarchy that differ.
     """
 
     joint: str
@@ -57,7 +60,7 @@ class RewrittenJoint:
 
 @dataclass(frozen=True, eq=False)
 class Rewriting:
-    """A rewritten clip, its changed joints, and sentences about what was not changed."""
+    """A rewritten clip, its changed joints, and notes about data that did not change."""
 
     clip: BvhClip
     changes: tuple[RewrittenJoint, ...]
@@ -74,9 +77,10 @@ def unrolled(clip: BvhClip) -> Rewriting:
 
 
 def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
-    """Give joints another rotation order. The key '' applies to all other joints.
+    """Change the rotation order of joints.
 
-    Raises TwistError if a named joint is missing or does not have three rotation channels.
+    `orders` maps joint names to orders such as 'ZYX'. The key '' applies to all other joints.
+    Raises TwistError if a named joint does not exist or does not have three rotation channels.
     """
     names = clip.skeleton.names
     if unknown := sorted(orders.keys() - {"", *names}):
@@ -102,24 +106,29 @@ def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
 
 
 def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
-    """Express a clip in other axes and units.
+    """Express a clip in other axes and another unit.
 
-    `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. The rotation only renames
-    axes and changes signs; numbers with exponents are rounded when they are written.
+    `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. Because such a rotation only
+    renames axes and changes signs, numbers stay exact, except that numbers with exponents are
+    rounded when written.
     """
-    axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # of the images of x, y, z
+    axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # where x, y and z are mapped
     values, letters = clip.values.copy(), {}
     for layout in clip.channels:
         turning = [("XYZ".index(a), c) for a, c in zip(layout.order, layout.rotation, strict=True)]
         for axis, column in (*layout.position, *turning):
             letters[column] = "XYZ"[axes[axis]]
             values[:, column] *= np.sign(sizes[axis]) if (axis, column) in turning else sizes[axis]
-    decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(np.abs(sizes[0]))))  # as exact as before
+    # Numbers keep their precision.
+    decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(np.abs(sizes[0]))))
     return _rewritten(clip, values, letters=letters, matrix=matrix, decimals=decimals)
 
 
 def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
-    """Rename joints. Raises TwistError if the new names could not be read back."""
+    """Rename joints. `names` maps old names to new ones.
+
+    Raises TwistError if the new names could not be read back.
+    """
     old = clip.skeleton.names
     new = [names.get(name, name) for name in old]
     if repeated := [name for name in new if new.count(name) > 1]:
@@ -140,10 +149,10 @@ def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
 
 
 def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
-    """Remove the position channels of joints below a root that never leave their OFFSET.
+    """Remove position channels of joints below the root that always equal OFFSET.
 
-    A joint that does leave it keeps its channels if `keep_moving` is true. If not, TwistError is
-    raised with the joint and its first such frame.
+    If such a joint moves away from its OFFSET, it keeps its channels if `keep_moving` is True. If
+    not, TwistError is raised with the joint and the frame.
     """
     gone, notes = np.zeros(clip.columns, dtype=np.bool_), []
     for joint, layout in enumerate(clip.channels):
@@ -166,16 +175,17 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
         raise TwistError(f"{clip.path}: expected other channels than positions below the root")
     found = np.broadcast_to(gone, clip.values.shape)
     joints = [place.joint for place, column in _channels(clip) if gone[column]]
-    joints += dict.fromkeys(joints)  # and the number of channels
+    joints += dict.fromkeys(joints)  # the number of channels changes, too
     again = reparsed(clip, _without_columns(clip, gone))
     return Rewriting(again, _changes(clip, found, joints), tuple(notes))
 
 
 def at_rate(clip: BvhClip, fps: float) -> Rewriting:
-    """Resample a clip. Rotations turn on the shorter arc, positions move on straight lines.
+    """Resample a clip at another frame rate.
 
-    Frames at the time of a source frame keep its bytes. In other frames, the numbers of joints that
-    do not move between the two source frames stay the same.
+    Rotations are interpolated on the shorter arc, positions linearly. A frame at the time of a
+    source frame keeps its bytes. In other frames, the numbers of joints that do not move stay the
+    same.
     """
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
         return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
@@ -187,7 +197,8 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     way[:, turning] = np.degrees(wrap(np.radians(way[:, turning])))
     values = held.values + share[:, None] * way
     q = at_times(clip.motion, times, 1.0 / fps).rotations
-    for joint, layout in enumerate(clip.channels):  # other joints: each axis by itself
+    # In other joints, each axis is interpolated by itself.
+    for joint, layout in enumerate(clip.channels):
         columns = np.array(layout.rotation, dtype=np.intp)
         moving = np.flatnonzero(way[:, columns].any(axis=1))
         if layout.rotatable and len(moving):
@@ -197,7 +208,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
 
 
 def rate_times(frames: int, frame_time: float, fps: float) -> Array:
-    """Return the times of the frames at another rate, in frames of a clip, (new frames,)."""
+    """Return the times of the frames at another rate, in frames of the clip, (new frames,)."""
     step = 1.0 / (frame_time * fps)
     simple = float(Fraction(step).limit_denominator(_SIMPLE))
     step = simple if abs(simple - step) < _SAME_RATE * step else step
@@ -207,12 +218,12 @@ def rate_times(frames: int, frame_time: float, fps: float) -> Array:
 
 
 def at_times(motion: Motion, times: Array, frame_time: float) -> Motion:
-    """Return a motion at other times, in frames, with a new frame time in seconds."""
+    """Return a motion at other times, which are in frames. `frame_time` is in seconds."""
     rotations, positions = resampled(motion.rotations, motion.positions, times)
     return Motion(motion.skeleton, rotations, motion.positioned, positions, frame_time)
 
 
-# -- texts -----------------------------------------------------------------------------------------
+# -- changes to the text ---------------------------------------------------------------------------
 
 
 def _rewritten(
@@ -224,7 +235,23 @@ def _rewritten(
     decimals: int = MIN_DECIMALS,
     notes: tuple[str, ...] = (),
 ) -> Rewriting:
-    """Return a clip with other numbers, axes of channels (keyed by column) and offsets."""
+    """Return a clip with changed motion numbers, axes of channels and offsets.
+
+    Parameters
+    ----------
+    clip
+        The clip.
+    values
+        The new motion numbers, shape (frames, columns).
+    letters
+        New axes of channels, keyed by column.
+    matrix
+        Matrix that converts offsets, shape (3, 3).
+    decimals
+        Minimum number of decimals of a changed number.
+    notes
+        Notes about data that did not change.
+    """
     found, parts, joints = values != clip.values, [], list[int]()
     for place, column in _channels(clip):
         old = clip.text[place.start : place.start + 1].decode()
@@ -233,7 +260,7 @@ def _rewritten(
         if new != old:
             parts.append((place.start, place.start + 1, new.encode()))
             joints.append(place.joint)
-    text = _spliced(clip.text, parts)  # no letter changes the length
+    text = _spliced(clip.text, parts)  # the length stays the same
     if len(tokens := np.flatnonzero(found)):
         text = with_numbers(text, clip.token_spans, tokens, values.ravel()[tokens], decimals)
     places = [place for place in _header(clip) if place.kind == "offset"]
@@ -253,14 +280,14 @@ def _header(clip: BvhClip) -> list[HeaderPlace]:
 
 
 def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:
-    """Return the words of the channels, each with its column."""
+    """Return the places of the channels' words, each with its column."""
     counts = [len(layout.rotation) + len(layout.position) for layout in clip.channels]
     first = np.cumsum([0, *counts]).tolist()
     return [(p, first[p.joint] + p.place) for p in _header(clip) if p.kind == "channel"]
 
 
 def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
-    """Return a text in which other bytes replace the parts [start, stop), in order."""
+    """Return a text in which other bytes replace the parts [start, stop), which are in order."""
     pieces, done = [], 0
     for start, stop, new in parts:
         pieces += [text[done:start], new]
@@ -269,7 +296,10 @@ def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
 
 
 def _without_columns(clip: BvhClip, gone: NDArray[np.bool_]) -> bytes:
-    """Return the text without the channels of these columns and without an incomplete last row."""
+    """Return the text without the channels of some columns and without an incomplete last row.
+
+    `gone` is a mask of the columns, shape (columns,).
+    """
     columns, places, parts = dict(_channels(clip)), _header(clip), []
     for k, place in enumerate(places):
         if place.kind == "count":
@@ -280,7 +310,8 @@ def _without_columns(clip: BvhClip, gone: NDArray[np.bool_]) -> bytes:
     starts, stops = clip.token_spans
     rows = np.arange(clip.frames) * clip.columns
     for a, b in np.flatnonzero(np.diff(gone, prepend=False, append=False)).reshape(-1, 2).tolist():
-        last = b == clip.columns  # then the space before is removed, not the one after
+        # If the last column is removed, the space before it is removed instead of the one after it.
+        last = b == clip.columns
         spans = (stops, a - 1, b - 1) if last else (starts, a, b)
         begin, end = (spans[0][rows + column].tolist() for column in spans[1:])
         parts += zip(begin, end, repeat(b""), strict=False)
@@ -292,7 +323,11 @@ def _without_columns(clip: BvhClip, gone: NDArray[np.bool_]) -> bytes:
 def _changes(
     clip: BvhClip, found: NDArray[np.bool_], joints: list[int] | None = None
 ) -> tuple[RewrittenJoint, ...]:
-    """Return the changes of each joint from a mask of numbers, (frames, columns), and of words."""
+    """Return the changes of each joint.
+
+    `found` is a mask of changed motion numbers, (frames, columns). `joints` has an entry for each
+    changed word of the hierarchy.
+    """
     changes = []
     for joint, layout in enumerate(clip.channels):
         mask = found[:, [*layout.rotation, *(column for _, column in layout.position)]]

@@ -1,1 +1,1 @@
-"""The registered clip formats, one file each."""
+"""The clip formats that are registered, one in each file."""

@@ -1,4 +1,4 @@
-"""Biovision's text format with a skeleton and joint angles, the format of most clips."""
+"""Register BVH, Biovision's text format with skeleton and joint angles, the most common one."""
 
 from twistcore.formats.suffixes import FormatInfo
 

@@ -1,4 +1,4 @@
-"""AMASS and SMPL: poses of a body model in a numpy archive."""
+"""Register NPZ, numpy archives with poses of SMPL body models, as in AMASS."""
 
 from twistcore.formats.suffixes import FormatInfo
 

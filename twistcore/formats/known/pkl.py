@@ -1,4 +1,4 @@
-"""AIST++ and ROMP: SMPL poses in a pickle, which is read without executing it."""
+"""Register PKL, pickles with SMPL poses, as in AIST++, which are read without executing them."""
 
 from twistcore.formats.suffixes import FormatInfo
 

@@ -1,4 +1,4 @@
-"""Read single arrays of an .npz, and replace arrays in the bytes of the file."""
+"""Read single arrays of an .npz file, and replace arrays in the file's bytes."""
 
 from __future__ import annotations
 
@@ -22,20 +22,24 @@ from twistcore.work.frozen import dataclass
 
 LARGEST = 1 << 31  # maximum number of bytes that are read into memory
 # Limit for a file's unpacked bytes: a constant plus a multiple of its size. Motion is compressed to
-# a third; data compressed to a thousandth is either a figure without motion or an attack.
+# a third. Data that is compressed to a thousandth is a figure without motion or an attack.
 _FREE, _RATIO = 1 << 25, 64
-_EMPTY = 1 << 16  # maximum of the nonzero lengths of an array without elements
-_NUMBER = 8  # bytes of a number in memory
-_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # methods that can be read with a limit
+_EMPTY = 1 << 16  # maximum length of an axis of an array without elements
+_NUMBER = 8  # number of bytes of a value in memory
+# Compression methods that can be unpacked up to a limit.
+_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _NPY = ".npy"
-_DESCRIPTOR = 1 << 3  # flag: sizes and checksum follow the data
+_DESCRIPTOR = 1 << 3  # flag: sizes and checksum are stored after the data
 _ENCRYPTED = 1 << 0
-_ZIP64 = 1  # kind of an extra field
-_HEADER = 30  # bytes of a member's header without name and extra field
+_ZIP64 = 1  # kind of a member's extra field
+_HEADER = 30  # number of bytes of a member's header without name and extra field
 
 
-def names_in(path: Path) -> list[str] | None:
-    """Return the names of the arrays in an .npz, or None if it is not valid. No array is read."""
+def array_names_in(path: Path) -> list[str] | None:
+    """Return the names of the arrays in an .npz file, or None if the file is invalid.
+
+    No array is read.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
             return [name.removesuffix(_NPY) for name in archive.namelist()]
@@ -45,7 +49,17 @@ def names_in(path: Path) -> list[str] | None:
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """An .npz file: its path for messages, its bytes, and the ZIP information about each member."""
+    """An .npz file.
+
+    Attributes
+    ----------
+    path
+        The file, for messages.
+    data
+        The file's bytes.
+    infos
+        ZIP information about each member, keyed by array name.
+    """
 
     path: Path
     data: bytes = field(repr=False)
@@ -55,38 +69,42 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened and on one line."""
+        """Return the names of the arrays for a message, shortened, on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array. Raises NpzError if it is damaged or has objects that could run code."""
+        """Return an array.
+
+        Raises NpzError if the array is damaged or contains objects, which could run code.
+        """
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays replaced, keeping their size and dtype.
+        """Return the file's bytes with some arrays replaced by arrays of the same size and dtype.
 
-        Uncompressed members are replaced in place. A compressed member changes its length, so the
-        archive is packed again, with its members in the same order and compressed as before. Raises
-        NpzError if another array turns out to be damaged.
+        Uncompressed arrays are replaced in place. If one is compressed, its length changes, so the
+        archive is packed again, with members in the same order and compressed as before.
+
+        Raises NpzError if another array turns out to be damaged.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
         return self.with_contents(contents)
 
     def with_contents(self, contents: Mapping[str, bytes]) -> bytes:
-        """Return the file's bytes with members replaced by the given bytes of equal length."""
+        """Return the file's bytes with members replaced by bytes of the same length."""
         if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
             return self._in_place(contents)
         return self._packed(contents)
 
     def raw(self, name: str) -> bytes:
-        """Return the unpacked bytes of a member. Raises NpzError if it is damaged."""
+        """Return a member's unpacked bytes. Raises NpzError if they are damaged."""
         info = self.infos[name]
         try:
             with (
                 zipfile.ZipFile(io.BytesIO(self.data)) as archive,
                 archive.open(info) as member,
             ):
-                # Without a limit, everything would be unpacked before the declared size is checked.
+                # Without a limit, all data would be unpacked before the declared size is checked.
                 return member.read(max(info.file_size, 1))
         except Exception:
             raise self._damaged(name) from None
@@ -95,21 +113,21 @@ class Archive:
         return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
-        """Return a member's header, its values, and True if these are in column-major order."""
+        """Return a member's header and values, and True if the values are in column-major order."""
         raw = self.raw(name)
         try:
             start, shape, dtype, by_column = npy_header(raw)
             if not dtype.hasobject:
                 flat = np.frombuffer(raw, dtype=dtype, offset=start)
                 values = flat.reshape(shape, order="F" if by_column else "C")
-        except Exception:  # a header is a Python literal and can raise almost anything
+        except Exception:  # a damaged header, which is a Python literal, can raise almost anything
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
                 f"{self.path}: expected numbers in {quoted(name)}, found objects, which "
                 "cannot be unpacked without running code"
             )
-        if _NUMBER * values.size > room(len(self.data)):
+        if _NUMBER * values.size > unpack_limit(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
         return raw[:start], values, by_column
 
@@ -153,7 +171,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for a message, shortened and on one line."""
+    """Return names for a message, shortened, on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -161,7 +179,7 @@ def described_names(names: Iterable[str]) -> str:
 
 
 def open_archive(path: Path, data: bytes) -> Archive:
-    """Open an .npz without unpacking its members. Raises NpzError if it is not valid."""
+    """Open an .npz file without unpacking its members. Raises NpzError if the file is invalid."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
@@ -173,10 +191,10 @@ def open_archive(path: Path, data: bytes) -> Archive:
 
 
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
-    """Raise NpzError unless all members are readable, do not overlap and have plausible sizes.
+    """Raise NpzError unless all members can be read, do not overlap and have plausible sizes.
 
-    `size` is the size of the file in bytes. Nothing is unpacked. The declared sizes are limited by
-    :func:`room`, and a member is never read beyond its declared size.
+    Nothing is unpacked. The sum of the declared sizes is limited by :func:`unpack_limit`, and a
+    member is never read beyond its declared size. `size` is the size of the file in bytes.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -187,7 +205,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
             f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
             f"but {quoted(odd[0].filename)} is compressed differently"
         )
-    if (total := sum(info.file_size for info in infos)) > room(size):
+    if (total := sum(info.file_size for info in infos)) > unpack_limit(size):
         raise _too_much(path, total, size)
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
@@ -196,16 +214,25 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         stop = info.header_offset + _HEADER + info.compress_size
 
 
-def room(size: int) -> int:
-    """Return the number of bytes that may be unpacked from a file of `size` bytes."""
+def unpack_limit(size: int) -> int:
+    """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
 
 def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
-    """Return the offset of the numbers, the shape, the dtype, and True for column-major order.
+    """Return the contents of the header of an .npy file.
 
-    Raises ValueError for negative or impossibly large lengths, and almost any exception for a
-    damaged header.
+    Returns
+    -------
+    tuple
+        The offset of the values in bytes, their shape, their dtype, and True for column-major
+        order.
+
+    Raises
+    ------
+    ValueError
+        If a length is negative or impossibly large. A damaged header can raise almost any
+        exception.
     """
     file, form = io.BytesIO(raw), np.lib.format
     version = form.read_magic(file)
@@ -213,7 +240,8 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
         raise ValueError(version)
     first = version == (1, 0)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a header of Python 2, or one that looks like it
+        # Headers that Python 2 wrote, and some damaged ones, cause warnings.
+        warnings.simplefilter("ignore")
         read = form.read_array_header_1_0 if first else form.read_array_header_2_0
         shape, by_column, dtype = read(file)
     check_shape(shape, len(raw))
@@ -221,25 +249,25 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
 
 
 def check_shape(shape: Sequence[int], size: int) -> None:
-    """Raise ValueError if an array of `size` bytes cannot have this shape."""
+    """Raise ValueError if an array in a file of `size` bytes cannot have this shape."""
     if not all(0 <= length <= max(size, _EMPTY) for length in shape):
         raise ValueError(shape)
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most, found = room(size) >> 20, found >> 20
+    most, found = unpack_limit(size) >> 20, found >> 20
     return NpzError(
         f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )
 
 
 def too_large(path: Path) -> NpzError:
-    """Return the error for a file that is too large, or whose arrays are too large."""
+    """Return the error for a file that is too large or whose arrays are too large."""
     return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return, for each entry of the ZIP directory, its offset and the offset of its member."""
+    """Return the offset of each entry of the ZIP directory, and the offset of its member."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

@@ -1,9 +1,9 @@
 """Joint names of SMPL, SMPL-H and SMPL-X, and bone lengths for files that have none.
 
-The shapes of the models themselves are not included. Arms, legs and heights are those of an average
-adult, as fractions of the height [Winter, Biomechanics and Motor Control of Human Movement, fig.
-4.1, after Drillis and Contini 1966], in a T-pose with y up, facing z, and left at +x. The division
-of the trunk between its joints and the start of the fingers are estimated.
+The shapes of the models are not included. Arms, legs and height are those of an average adult in a
+T-pose, with y up, facing z, and the left side at +x [Winter, Biomechanics and Motor Control of
+Human Movement, fig. 4.1, after Drillis and Contini 1966]. The division of the trunk between its
+joints and the start of the fingers are estimated.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.work.frozen import dataclass
 
 Triple: TypeAlias = tuple[float, float, float]
 
-BODY = 22  # joints without the hands, the same in all models
+BODY = 22  # number of joints without the hands, the same in all models
 _BODY_NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
     "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
@@ -30,7 +30,7 @@ _FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 _FACE = ("jaw", "left_eye_smplhf", "right_eye_smplhf")
 
 _HEIGHT = 1.7  # metres
-# Offsets from the parent, as shares of the height (x to the left, y up, z forward). The joints of
+# Offsets from the parent as shares of the height, with x to the left, y up and z forward. Joints of
 # the right side are mirrored.
 _SHARES: dict[str, Triple] = {
     "left_hip": (0.055, -0.05, 0.0), "left_knee": (0.0, -0.245, 0.0),
@@ -54,16 +54,18 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """The joints of a model, with bone lengths that are independent of the model's files.
+    """The joints of a body model, with typical bone lengths.
 
     Attributes
     ----------
-    names, parents
-        Names and parents of the joints, shape (joints,).
+    names
+        Names of the joints.
+    parents
+        Index of each joint's parent, shape (joints,).
     offsets
-        Offsets from the parent at rest, metres, shape (joints, 3).
+        Offsets from the parents at rest, metres, shape (joints, 3).
     ends
-        End Sites of bones without children, as in Skeleton.
+        End Sites of joints without children, as in :class:`Skeleton`.
     """
 
     names: tuple[str, ...]
@@ -73,7 +75,7 @@ class BodyModel:
 
 
 def _hand(side: str) -> list[tuple[str, str]]:
-    """Return the joints of a hand, each with its parent."""
+    """Return the names of a hand's joints, each with the name of its parent."""
     wrist = f"{side}_wrist"
     return [
         (f"{side}_{finger}{k}", f"{side}_{finger}{k - 1}" if k > 1 else wrist)
@@ -83,7 +85,7 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side, or None if it has none."""
+    """Return a joint's offset in metres, mirrored for the right side, or None if unknown."""
     left = name.replace("right_", "left_")
     if left not in shares:
         return None
@@ -92,7 +94,10 @@ def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """Return a model with the body's 22 joints and the joints `below`, given with their parents."""
+    """Return a model with the body's 22 joints and further joints.
+
+    `below` lists the names of the further joints, each with the name of its parent.
+    """
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
     offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]
@@ -106,7 +111,7 @@ def _model(below: list[tuple[str, str]]) -> BodyModel:
 
 _HANDS = [*_hand("left"), *_hand("right")]
 BODIES = {
-    BODY: _model([]),  # without hands
+    BODY: _model([]),  # the body without hands
     24: _model([(f"{side}_hand", f"{side}_wrist") for side in ("left", "right")]),
     52: _model(_HANDS),
     55: _model([*((name, "head") for name in _FACE), *_HANDS]),

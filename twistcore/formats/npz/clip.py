@@ -1,4 +1,4 @@
-"""A clip of SMPL poses from a file with named arrays. Its numbers can be rewritten."""
+"""A clip of SMPL poses, read from a file with named arrays."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class NpzClip(Clip):
-    """An .npz of poses from AMASS or another source (docs/amass.md).
+    """A clip read from an .npz file of poses, such as AMASS's (docs/amass.md).
 
     Parameters
     ----------
     archive
         The file's arrays.
     poses
-        Rotation vectors, radians, in the file's dtype, shape (frames, 3 joints).
+        Rotation vectors of all joints, in radians and the file's dtype, shape (frames, 3 · joints).
     parts
-        The arrays that together contain every number of the poses once.
+        The arrays that together contain each number of `poses` once.
     place
-        Name of the array with the root's position, or an empty string.
+        Name of the array with the root's position, or '' if there is none.
     trans
-        The root's position minus its rest position `rest`, shape (frames, 3), in units of
-        1/`scale` metres. `rest` has the shape (3,).
+        That array: the root's position minus `rest`, shape (frames, 3).
+    scale
+        Units of `trans` per metre.
+    rest
+        The root's rest position, metres, shape (3,).
     repeated
         Arrays that repeat numbers of `poses` and are rewritten with them.
     """
@@ -56,11 +59,11 @@ class NpzClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Number of values per frame: the pose and the position."""
+        """Number of values per frame, in the pose and the position."""
         return int(self.poses.shape[1]) + 3
 
     def read_motion(self) -> Motion:
-        """Return the rotations and root positions as a motion, in the file's axes and in metres."""
+        """Return the motion, in the file's axes and in metres."""
         rotations = exponential(self._vectors(slice(None)))
         places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
         return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
@@ -74,17 +77,26 @@ class NpzClip(Clip):
         return np.degrees(self._vectors(joint))
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return None, since the file has no Euler angles."""
+        """Return None, because the file has rotation vectors instead of Euler angles."""
         del joint
         return None
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the vectors of `motion` at `changed`, (frames, joints).
+        """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        If `positions` is True, root positions that differ are also rewritten. All other numbers and
-        arrays stay the same bit by bit, except that arrays that repeat `poses` are updated.
+        All other numbers and arrays stay the same bit by bit, except that arrays that repeat the
+        poses are updated.
+
+        Parameters
+        ----------
+        motion
+            The motion to write.
+        changed
+            Mask of the rotations to write, shape (frames, joints).
+        positions
+            True to write root positions where they differ.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []
@@ -97,7 +109,8 @@ class NpzClip(Clip):
             for part in (*self.parts, *self.repeated):
                 here = slice(part.start, part.stop)
                 if changed[:, part.start // 3 : part.stop // 3].any():
-                    # A part may have a narrower dtype than `poses`; unchanged values fit in it.
+                    # A part may have a narrower dtype than `poses`. Values that did not change fit
+                    # into it.
                     own = self.archive.array(part.name).dtype
                     arrays[part.name] = poses[:, here].astype(own)
         if positions and self.place:
@@ -110,7 +123,11 @@ class NpzClip(Clip):
     def _turned(
         self, joint: int, changed: NDArray[np.bool_], q: Array
     ) -> tuple[Array, list[ChannelJump]]:
-        """Return a joint's changed vectors, (n, 3), and the remaining steps of over half a turn."""
+        """Return a joint's changed rotation vectors, (n, 3), and its steps of over half a turn.
+
+        `changed` is a mask of frames, and `q` are the joint's new rotations in all frames, (frames,
+        4).
+        """
         own, out, jumps = self._vectors(joint), [], []
         edges = np.flatnonzero(np.diff(changed, prepend=False, append=False)).reshape(-1, 2)
         for start, stop in edges.tolist():
@@ -129,6 +146,6 @@ class NpzClip(Clip):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PklClip(NpzClip):
-    """A pickle of poses, as in AIST++. It is read and rewritten without executing it."""
+    """A clip read from a pickle of poses, such as AIST++'s, without executing the pickle."""
 
     format = "pkl"

@@ -1,24 +1,24 @@
-"""Recognise archives and pickles that have no poses, for example the shape of a body or a model."""
+"""Recognise archives and pickles without poses, such as files with a body's shape."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from twistcore.files.ordinary import open_to_read
-from twistcore.formats.npz.archive import names_in
+from twistcore.formats.npz.archive import array_names_in
 from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
 
-_HEAD = 1 << 16  # number of bytes at the start of a pickle in which names are searched for
+_HEAD = 1 << 16  # number of bytes at the beginning of a pickle that are searched for names
 
 
 def archive_without_poses(path: Path) -> bool:
-    """True if no poses are listed in an archive's directory. False for a damaged archive."""
-    names = names_in(path)
+    """Return True if an archive's directory lists no poses. A damaged archive gives False."""
+    names = array_names_in(path)
     return names is not None and not has_pose_names(names)
 
 
 def pickle_without_poses(path: Path) -> bool:
-    """True if no array name of SMPL poses occurs at the beginning of a pickle."""
+    """Return True if the name of SMPL poses is not at the beginning of a pickle."""
     try:
         with open_to_read(path) as file:
             return SMPL_POSES.encode() not in file.read(_HEAD)

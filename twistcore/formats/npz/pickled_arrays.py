@@ -1,13 +1,13 @@
 """Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
-A pickle can name any function to be called. Here, no name is looked up. The few names that
+A pickle can name any function to be called, but this module looks up no names. The few names that
 numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
 object that ignores all operations. Bytes are converted to arrays without numpy's own unpickling,
-which trusts the sizes in the file. The position of the bytes in the file is kept, so that an array
-can be replaced by one of equal size without writing the pickle again.
+which trusts the sizes in the file. The offset of an array's bytes in the file is kept, so that the
+array can be replaced by one of the same size.
 
-A few bytes can describe a structure that would fill any memory or take forever, because a pickle
-may use one value many times. So the number of instructions, the depth, and the size of the
+Because a pickle may use a value many times, a few bytes can describe a structure that would fill
+any memory or take forever. Therefore the number of instructions, the depth, and the size of the
 contents without sharing are limited (:class:`LimitError`).
 """
 
@@ -23,23 +23,25 @@ from numpy.typing import NDArray
 
 from twistcore.formats.npz.archive import check_shape
 
-_KINDS = "biuf"  # dtypes that are plain numbers
-_KEY = 1 << 60  # integers up to this size hash as themselves
-_LONGEST_KEY = 4096  # characters: two equal keys are compared letter by letter
-_MEMO = 1 << 32  # largest number of a remembered value
-_ARGUMENTS = 64  # of a call
+_KINDS = "biuf"  # kinds of dtypes that are plain numbers
+_KEY = 1 << 60  # the hash of an integer up to this size is the integer
+# Maximum number of characters of a key, because equal keys are compared letter by letter.
+_LONGEST_KEY = 4096
+_MEMO = 1 << 32  # maximum index in the pickle's memo
+_ARGUMENTS = 64  # maximum number of arguments of a call
 _AXES = 32
-_DTYPE = 16  # characters of a type code
-_DEEPEST = 100  # dicts and lists within one another
-_CLASSES = 1000  # unsupported classes by different names
-# Maximum number of instructions, and of bytes if no value were shared: a constant plus a share of
-# the pickle's bytes. The poses of estimators have five bytes or more for each instruction.
+_DTYPE = 16  # maximum number of characters of a type code
+_DEEPEST = 100  # maximum depth of nested dicts and lists
+_CLASSES = 1000  # maximum number of unsupported classes
+# Maximum number of instructions, and of bytes if no value were shared. Each is a constant plus a
+# share or a multiple of the pickle's size. Poses of estimators have at least five bytes per
+# instruction.
 _INSTRUCTIONS, _BYTES_OF_ONE = 2_000_000, 8
 _UNSHARED, _TIMES = 1 << 24, 4
 
 
 class LimitError(ValueError):
-    """Raised if the contents of a pickle exceed a limit. The message has no file name."""
+    """A pickle's contents exceed a limit. The message does not contain the file's name."""
 
 
 def _too_much(what: str) -> LimitError:
@@ -77,11 +79,11 @@ class Unreadable:
         return f"({self.kind})"
 
 
-_SET = Unreadable()  # in place of any set, since no layout has sets
+_SET = Unreadable()  # replaces all sets, because no known file layout has sets
 
 
 class _Dtype(Unreadable):
-    """A replacement for numpy.dtype that stores a type code and a byte order."""
+    """A replacement for numpy.dtype, which stores a type code and a byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         plain = isinstance(letters, str) and len(letters) <= _DTYPE
@@ -91,7 +93,7 @@ class _Dtype(Unreadable):
         self.order = state[1]
 
     def plain(self) -> np.dtype[Any]:
-        """Return the numpy dtype. Raises ValueError unless it is a dtype of plain numbers."""
+        """Return the numpy dtype. Raises ValueError if it is not a dtype of plain numbers."""
         found = np.dtype(self.letters)
         if self.order in ("<", ">"):
             found = np.dtype(self.order + found.str[1:])
@@ -101,20 +103,20 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """A replacement for numpy.ndarray, which is created empty before its state is set."""
+    """A replacement for numpy.ndarray, which is created empty and then filled by its state."""
 
     value: Any = None
 
     def set_state(self, state: Any) -> None:
         _, shape, dtype, by_column, data = state
-        if isinstance(data, list):  # objects
+        if isinstance(data, list):  # an array of objects
             self.value = _objects(data, shape)
             return
         self.value = _shaped(data, dtype, shape, "F" if by_column else "C")
 
 
 class _Inline(Unreadable):
-    """A placeholder that joblib writes for an array whose bytes follow in the stream."""
+    """A placeholder of joblib for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -133,10 +135,10 @@ class _Inline(Unreadable):
 
 
 def _as_key(key: Any) -> Any:
-    """Return a key that is a short string or a number, or a placeholder for any other key.
+    """Return a key if it is a short string or a number, or else a placeholder.
 
-    Hashing a tuple takes as long as hashing all of its items, and its hash can be chosen. Raises
-    UnpicklingError for large integers, because their hashes may all collide as well.
+    Hashing a tuple takes as long as hashing all of its items, and a file can choose its hash.
+    Raises UnpicklingError for large integers, because their hashes may all be equal, too.
     """
     if isinstance(key, int) and abs(key) > _KEY:
         raise pickle.UnpicklingError("a key is too large")
@@ -145,13 +147,16 @@ def _as_key(key: Any) -> Any:
 
 
 def _check_arguments(arguments: list[Any]) -> None:
-    """Raise UnpicklingError for long arguments of a call, because they would be copied."""
+    """Raise UnpicklingError if a call has long arguments, because they would be copied."""
     if any(len(one) > _ARGUMENTS for one in arguments):
         raise pickle.UnpicklingError("a call has too many arguments")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
-    """Return the number of elements, computed in integers that cannot overflow."""
+    """Return the number of elements of an array, computed without overflow.
+
+    Raises ValueError if the shape is impossible.
+    """
     if len(shape) > _AXES:
         raise ValueError("an array has too many axes")
     out = 1
@@ -176,7 +181,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an object array as a list, or the only item if it has no dimensions."""
+    """Return the items of an array of objects as a list, or the only item of one without axes."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -215,13 +220,17 @@ _NAMES: dict[tuple[str, str], Any] = {
 
 
 class Places:
-    """Offsets of the arrays' bytes in the pickle from which they were read."""
+    """Offsets of arrays' bytes in the pickle from which they were read."""
 
     def __init__(self) -> None:
-        self._starts: dict[int, tuple[Any, int]] = {}  # keyed by id() of the object with the bytes
+        # Keyed by the id() of the object that has the bytes.
+        self._starts: dict[int, tuple[Any, int]] = {}
 
     def note(self, held: Any, start: int) -> None:
-        """Store the offset of some bytes, and keep `held` alive so that its id() stays unique."""
+        """Store the offset of some bytes, which are in the object `held`.
+
+        A reference to `held` is kept, so that its id() stays unique.
+        """
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
@@ -235,7 +244,7 @@ class Places:
 
 
 class _Counted(dict[int, Any]):
-    """A mapping from opcodes to methods that limits the number of calls."""
+    """A mapping of opcodes to methods that limits the number of look-ups."""
 
     def __init__(self, methods: Mapping[int, Any], most: int) -> None:
         super().__init__(methods)
@@ -248,15 +257,16 @@ class _Counted(dict[int, Any]):
         return super().__getitem__(code)
 
 
-class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
+# The base class is the version in Python, because joblib puts bytes between opcodes.
+class _Reader(pickle._Unpickler):
     """An unpickler that looks up no names.
 
-    `source` is in memory, so a false length cannot cause more memory to be allocated.
+    `source` is in memory, so that a false length cannot cause large allocations.
     """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
-    stack: list[Any]  # the next three attributes are set by load()
+    stack: list[Any]  # load() sets this attribute and the next three
     read: Callable[[int], bytes]
     readline: Callable[[], bytes]
     append: Callable[[Any], None]
@@ -267,13 +277,13 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
     def __init__(self, source: io.BytesIO, methods: _Counted, places: Places | None = None) -> None:
         super().__init__(source)
         self.source, self.places = source, places
-        self.dispatch = self._methods = methods  # type: ignore[misc]  # load() looks here
-        self._frame = 0  # offset of the frame being read
+        self.dispatch = self._methods = methods  # type: ignore[misc]  # load() uses this attribute
+        self._frame = 0  # offset of the current frame
         self._classes: dict[tuple[str, str], type[Unreadable]] = {}
         self._latin: dict[int, tuple[str, bytes]] = {}
 
     def find_class(self, module: str, name: str) -> Any:
-        if (module, name) == ("_codecs", "encode"):  # how the first protocols write bytes
+        if (module, name) == ("_codecs", "encode"):  # the first protocols write bytes like this
             return self._encoded
         if known := _NAMES.get((module, name)):
             return known
@@ -285,7 +295,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         return self._classes[module, name]
 
     def _encoded(self, text: Any, *_: object) -> bytes:
-        """Return the bytes that a text represents; each text is converted once."""
+        """Return the bytes that a text stands for. Each text is converted only once."""
         if not isinstance(text, str):
             raise pickle.UnpicklingError("a string is missing")
         if id(text) not in self._latin:
@@ -293,19 +303,19 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         return self._latin[id(text)][1]
 
     def _build(self) -> None:
-        # The inherited method sets attributes of any object, even of classes.
+        # The inherited method would set attributes of any object, even of classes.
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
             raise pickle.UnpicklingError("an object without a state is given one")
-        if isinstance(made, _Array) and isinstance(state[-1], str):  # by Python 2
+        if isinstance(made, _Array) and isinstance(state[-1], str):  # written by Python 2
             state = (*state[:4], self._encoded(state[4]))
         made.set_state(state)
         if isinstance(made, _Inline):
             self.stack[-1] = made.read(self.source, self._methods)
 
     def _bytearray(self) -> None:
-        # The inherited method allocates memory before it checks for the bytes.
+        # The inherited method would allocate memory before checking that there are enough bytes.
         size = int.from_bytes(self.read(8), "little")
         raw = self.read(size)
         if len(raw) != size:
@@ -350,7 +360,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         self._store(items)
 
     def _store(self, items: list[Any]) -> None:
-        # The inherited methods store in arrays, too, and can fill a whole array each time.
+        # The inherited methods would also store in arrays, and could fill a whole array each time.
         held = self.stack[-1]
         if isinstance(held, dict):
             for key, value in zip(items[::2], items[1::2], strict=True):
@@ -403,15 +413,19 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
 def read_pickle(data: bytes) -> Any:
     """Return the dicts, lists, strings, numbers and arrays of a pickle or joblib file.
 
-    Arrays of objects and tuples become lists, an array without dimensions becomes its object, and
-    any other object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete, and
-    LimitError if it exceeds a limit.
+    Tuples and arrays of objects become lists, an array without axes becomes its object, and any
+    other object becomes :class:`Unreadable`.
+
+    Raises ValueError if the pickle is incomplete, and LimitError if it exceeds a limit.
     """
     return read_pickle_places(data)[0]
 
 
 def read_pickle_places(data: bytes) -> tuple[Any, Places]:
-    """Return the contents of a pickle, and the offsets of its arrays' bytes."""
+    """Return the contents of a pickle, and the offsets of its arrays' bytes.
+
+    The contents and errors are those of :func:`read_pickle`.
+    """
     places = Places()
     methods = _Counted(_Reader.dispatch, _INSTRUCTIONS + len(data) // _BYTES_OF_ONE)
     try:
@@ -426,10 +440,11 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
 def _plain(found: Any, most: int) -> Any:
     """Return the contents with placeholders replaced by arrays, and tuples by lists.
 
-    Raises LimitError if the contents are nested too deeply, or if their items and array bytes
-    exceed `most` without sharing, as in a list that contains itself.
+    Raises LimitError if the contents are nested too deeply, or if the sum of their items and array
+    bytes would exceed `most` without sharing, as in a list that contains itself.
     """
-    known: dict[int, tuple[Any, Any, int]] = {}  # with the old object, whose id() stays in use
+    # Keyed by id(), with the old object so that its id() stays in use.
+    known: dict[int, tuple[Any, Any, int]] = {}
 
     def one(item: Any, depth: int) -> tuple[Any, int]:
         if isinstance(item, _Array):
@@ -440,12 +455,12 @@ def _plain(found: Any, most: int) -> Any:
             return item, 1
         if depth > _DEEPEST:
             raise _too_much("the pickle nests too many dicts and lists")
-        if isinstance(item, _Array):  # an array of one array
+        if isinstance(item, _Array):  # an array that contains one array
             return one(item, depth + 1)
         if not item:
             return (item if isinstance(item, dict | list) else []), 1
         if id(item) not in known:
-            known[id(item)] = item, item, most + 1  # until the size of its own items is known
+            known[id(item)] = item, item, most + 1  # until its size is known
             made: Any = list(item) if isinstance(item, tuple) else item
             pairs = item.items() if isinstance(item, dict) else enumerate(item)
             size = 1

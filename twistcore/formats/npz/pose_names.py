@@ -1,8 +1,8 @@
-"""The names of arrays with poses of SMPL's joints, and the columns of each joint.
+"""Names of the arrays in which files store poses of SMPL's joints.
 
 AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release repeats `poses` in parts.
-Other files have only the parts, named as in AMASS or in the package smplx. AIST++ [Li et al. 2021]
-has `smpl_poses`, `smpl_trans` and `smpl_scaling`.
+Other files have only parts, named as in AMASS or in the package smplx. AIST++ [Li et al. 2021] has
+`smpl_poses`, `smpl_trans` and `smpl_scaling`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ROOTS, _BODIES, _PLACES = (
     (TRANS, "transl"),
 )
 _LEFT_EYE, _RIGHT_EYE = "left_eye_smplhf", "right_eye_smplhf"
-# The first and the last joint of arrays that have some of the joints.
+# The first and the last joint of each array that has only some of the joints.
 PARTS = {
     "root_orient": ("pelvis", "pelvis"), "global_orient": ("pelvis", "pelvis"),
     "pose_body": ("left_hip", "right_wrist"), "body_pose": ("left_hip", "right_wrist"),
@@ -42,7 +42,12 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    The array contains the numbers [start, stop) of each frame's pose.
+    Attributes
+    ----------
+    name
+        The array's name.
+    start, stop
+        Columns [start, stop) of the pose that the array contains.
     """
 
     name: str
@@ -59,15 +64,15 @@ class PoseNames:
     joints
         Number of joints of the body model.
     parts
-        Arrays that together contain every number of a pose once.
+        Arrays that together contain each number of a pose once.
     place
-        Array of the root's position.
+        Name of the array with the root's position.
     scale
-        The units of the position per metre.
+        Units of the position per metre.
     rate
-        The assumed frame rate of files without one, and the name of their data set, or None.
+        Frame rate to assume if the file has none, with the name of its data set, or None.
     left
-        Arrays of joints that are neither read nor changed.
+        Names of arrays with joints that are neither read nor changed.
     """
 
     joints: int
@@ -79,14 +84,14 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names belong to arrays of poses, but not of a single video frame."""
+    """Return True if the names belong to arrays of poses over time."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file, or None if it has no known names.
+    """Return the layout of a file, or None if the file has no known names.
 
     Raises NpzError if an array is damaged.
     """
@@ -106,7 +111,7 @@ def _whole(
     scale: float = 1.0,
     rate: tuple[float, str] | None = None,
 ) -> PoseNames:
-    """Return the layout with all joints in one array."""
+    """Return the layout in which one array has all joints. Raises NpzError for a wrong shape."""
     shape = arrays.array(poses).shape
     width = (
         3 * shape[1] if len(shape) == 3 and shape[2] == 3 else shape[1] if len(shape) == 2 else 0
@@ -121,7 +126,10 @@ def _whole(
 
 
 def _scale(arrays: Arrays) -> float:
-    """Return the units per metre of AIST++'s positions."""
+    """Return the units per metre of AIST++'s positions.
+
+    Raises NpzError if the number is invalid.
+    """
     if SMPL_SCALING not in arrays:
         return 1.0
     found = arrays.array(SMPL_SCALING)
@@ -132,13 +140,16 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """Return the layout with arrays for the root, the body and, if complete, hands and face."""
+    """Return the layout with separate arrays for root, body, hands and face, or None.
+
+    Hands and face are used if they are complete.
+    """
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None
     widths = _width(arrays, root), _width(arrays, body)
     if widths not in ((3, 63), (3, 69)):
-        return None  # matrices, several people, or the body of another model
+        return None  # these are matrices, several people, or another model
     frames = len(arrays.array(body))
     if widths[1] == 69:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
@@ -167,7 +178,7 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return the number of values per frame, or 0 unless they are one person's rotation vectors."""
+    """Return an array's number of values per frame, or 0 if it is not one person's vectors."""
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

@@ -1,4 +1,4 @@
-"""Parse an .npz or a pickle of poses into a Clip."""
+"""Read an .npz file or a pickle of poses as a clip."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from twistcore.work.progress import Tell, nobody
 
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
-_FRAMES = 1_000_000  # maximum hours of motion
-# Names of poses in files of pose estimators, which are read by another command.
+_FRAMES = 1_000_000  # maximum number of frames, which is hours of motion
+# Names of poses in files of pose estimators that another command reads.
 _ELSEWHERE = (
     "global_orient", "root_orient", "body_pose", "pose_body", "pose_world", "pose", "pred_rotmat",
     "smpl_thetas", "smpl_params_global", "outputs",
@@ -39,20 +39,30 @@ _ELSEWHERE = (
 
 
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
-    """Read an .npz of poses (docs/amass.md).
+    """Read an .npz file of poses (docs/amass.md) without running any code in it.
 
-    `fps` is a frame rate to use instead of the file's. `tell` is called with the progress. No code
-    in the file is run. Raises NpzError with one sentence if the file is damaged or has other data.
-    Assumptions are listed in Clip.warnings.
+    Parameters
+    ----------
+    path
+        The file.
+    fps
+        Frames per second to use instead of the file's rate.
+    tell
+        Called with the progress, 0…1.
+
+    Raises
+    ------
+    NpzError
+        If the file is damaged or has other data. Assumptions are listed in `Clip.warnings` instead.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
 
 
 def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> PklClip:
-    """Read a pickle of poses, as in AIST++, without running any code in it.
+    """Read a pickle of poses, such as AIST++'s, without running any code in it.
 
-    The parameters and errors are those of :func:`read_npz`.
+    Parameters and errors are those of :func:`read_npz`.
     """
     path = Path(path)
     return parse_pkl(_bytes_of(path, "a pickle"), path, fps=fps, tell=tell)
@@ -65,7 +75,7 @@ def parse_npz(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> NpzClip:
-    """Parse an .npz from bytes. The parameters are those of :func:`read_npz`."""
+    """Parse the bytes of an .npz file. See :func:`read_npz`."""
     archive = open_archive(Path(path), data)
     names = find_pose_names(archive)
     if names is None and (video := read_video_poses(archive)) is not None:
@@ -82,7 +92,7 @@ def parse_pkl(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> PklClip:
-    """Parse a pickle from bytes. The parameters are those of :func:`read_pkl`."""
+    """Parse the bytes of a pickle. See :func:`read_pkl`."""
     pickled = open_pickle(Path(path), data)
     return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
 
@@ -103,7 +113,10 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """Return the arguments with which a clip is created."""
+    """Return the arguments with which the clip is created.
+
+    Raises NpzError if there are no poses.
+    """
     path = arrays.path
     if names is None:
         raise _no_poses(arrays)
@@ -151,7 +164,7 @@ def _no_poses(arrays: Arrays) -> NpzError:
 
 
 def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
-    """Return the rotation vectors, (frames, 3 joints). Raises NpzError if they are not valid."""
+    """Return the rotation vectors, (frames, 3 · joints). Raises NpzError if they are invalid."""
     path = arrays.path
     found: list[NDArray[Any]] = []
     for part in names.parts:
@@ -189,7 +202,7 @@ def _numbers(archive: Arrays, name: str) -> NDArray[Any]:
 
 
 def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "frame") -> None:
-    with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+    with np.errstate(invalid="ignore", over="ignore"):  # a signalling NaN would warn
         good = np.abs(values.astype(np.float64)) < 1e6
     if not good.all():
         first = int(np.argwhere(~good)[0, 0])
@@ -200,7 +213,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame, from the file or the layout. The default is 30 fps."""
+    """Return the seconds per frame, from the file or, with a warning, from the layout or 30 fps."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -223,17 +236,17 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
 
 
 def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
-    """Return the skeleton and the root's rest position, (3,), from the file or a template.
+    """Return the skeleton, and the root's rest position in metres, (3,).
 
-    The file may have 'offsets' from the parent, or positions 'J' in the rest pose, for all joints
-    or for the first joints of the body.
+    A file may have 'offsets' from the parents, or positions 'J' in the rest pose, for all joints or
+    for the first joints of the body. For other files, a template is used.
     """
     body = BODIES[joints]
     offsets = body.offsets.copy()
     for name in ("offsets", "J"):
         if name not in archive:
             continue
-        with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+        with np.errstate(invalid="ignore", over="ignore"):  # a signalling NaN would warn
             given = np.asarray(_numbers(archive, name), dtype=np.float64)
         count = joints if given.shape == (joints, 3) else BODY
         if given.shape not in ((joints, 3), (24, 3), (BODY, 3)):
@@ -282,7 +295,7 @@ def _repeated(
         there = archive.array(name)
         start, stop = 3 * names.index(first), 3 * names.index(last) + 3
         if len(names) == 24 and there.size > len(poses) * (stop - start):
-            stop = poses.shape[1]  # the body of SMPL includes the hands
+            stop = poses.shape[1]  # SMPL's body includes the hands
         same = poses[:, start:stop]
         equal = (there.size, there.dtype) == (same.size, same.dtype)
         if equal and there.tobytes() == same.tobytes():

@@ -1,4 +1,4 @@
-"""The named arrays in a file. Archives and pickles have the same interface."""
+"""A common interface for the named arrays in archives and pickles."""
 
 from __future__ import annotations
 
@@ -19,17 +19,20 @@ from twistcore.work.frozen import dataclass
 
 
 class Arrays(Protocol):
-    """The interface of an :class:`Archive <twistcore.formats.npz.archive.Archive>` or a pickle."""
+    """A file with named arrays: an archive or a pickle.
+
+    See :class:`Archive <twistcore.formats.npz.archive.Archive>` and :class:`PickledDict`.
+    """
 
     @property
     def path(self) -> Path:
-        """Path of the file, for messages."""
+        """The file, for messages."""
         ...
 
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened and on one line."""
+        """Return the names of the arrays for a message, shortened, on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
@@ -37,7 +40,7 @@ class Arrays(Protocol):
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays replaced, keeping their size and dtype."""
+        """Return the file's bytes with arrays replaced by others of the same size and dtype."""
         ...
 
 
@@ -48,13 +51,13 @@ class PickledDict:
     Attributes
     ----------
     path
-        Path of the file, for messages.
+        The file, for messages.
     data
-        The bytes of the file.
+        The file's bytes.
     names
         The contents, keyed by name.
     places
-        The offsets of the arrays' bytes.
+        Offsets of the arrays' bytes in the file.
     """
 
     path: Path
@@ -66,13 +69,13 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened and on one line."""
+        """Return the names of the arrays for a message, shortened, on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array, even if it is stored as a list of plain numbers.
+        """Return an array, or a list of plain numbers as an array.
 
-        Raises NpzError for anything else.
+        Raises NpzError for any other contents.
         """
         found = self.names[name]
         numbers = isinstance(found, int | float | np.generic) or (
@@ -86,18 +89,18 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays replaced. All other bytes stay the same.
+        """Return the file's bytes with some arrays replaced by arrays of the same size and dtype.
 
-        Raises NpzError if the pickle has an old protocol, in which the length of the bytes would
-        change.
+        All other bytes stay the same. Raises NpzError if the pickle's protocol is so old that
+        lengths would change.
         """
         data = bytearray(self.data)
         for name, values in arrays.items():
-            put(data, self.path, self.places, self.array(name), values)
+            overwrite_array(data, self.path, self.places, self.array(name), values)
         return bytes(data)
 
 
-def put(
+def overwrite_array(
     data: bytearray,
     path: Path,
     places: Places,
@@ -105,9 +108,27 @@ def put(
     values: NDArray[Any],
     offset: int = 0,
 ) -> None:
-    """Overwrite the bytes of the array `there` with values, in its memory order and dtype.
+    """Overwrite the bytes of an array in a pickle with new values.
 
-    `offset` is the position of the pickle in the data.
+    Parameters
+    ----------
+    data
+        The bytes to change.
+    path
+        The file, for messages.
+    places
+        Offsets of the arrays' bytes in the pickle.
+    there
+        The array as it was read. Its dtype, shape and memory order are kept.
+    values
+        The new values.
+    offset
+        Offset of the pickle in `data`.
+
+    Raises
+    ------
+    NpzError
+        If the pickle's protocol is so old that lengths would change.
     """
     start = places.of(there)
     by_column = there.flags.f_contiguous and not there.flags.c_contiguous
@@ -124,7 +145,7 @@ def put(
 
 
 def open_pickle(path: Path, data: bytes) -> PickledDict:
-    """Open a pickle of named arrays. Raises NpzError for any other contents."""
+    """Open a pickle of named arrays. Raises NpzError if it has other contents."""
     if instead := found_instead(data, PICKLE):
         raise NpzError(f"{path}: {instead}")
     try:

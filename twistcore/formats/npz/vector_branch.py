@@ -1,4 +1,4 @@
-"""Choose the equivalent rotation vector that continues the neighbouring frames.
+"""Choose among equivalent rotation vectors, so that they continue the neighbouring frames.
 
 A rotation by |v| about v/|v| is also a rotation by |v| + 2πk about the same axis.
 """
@@ -10,23 +10,31 @@ import numpy as np
 from twistcore.skeleton.rotation import Array, logarithm
 
 _TURN = 2.0 * np.pi
-_NONE = 1e-9  # radians; a smaller rotation has no defined axis
-_MOST_TURNS = 8  # in each direction; no file has more, and the time grows with the square
+_NONE = 1e-9  # radians; the axis of a smaller rotation is undefined
+_MOST_TURNS = 8  # maximum number of full turns in each direction; no file has more
 _OWN = 1e-3  # weight of the distance to the file's vector, relative to the steps
 
 
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return rotation vectors of q with the smallest Σ|Δv|, in radians, (n, 4) → (n, 3).
+    """Return the rotation vectors of rotations that change least over time, radians, (n, 3).
 
-    `own` are the file's vectors in these frames, shape (n, 3). If several paths are equally short,
-    the one nearest to `own` is chosen. `before` and `after` are the vectors of the neighbouring
-    frames, shape (3,), or None at an end of the clip.
+    The path with the smallest Σ|Δv| is chosen. If several paths are equally short, the path nearest
+    to the file's vectors is chosen.
+
+    Parameters
+    ----------
+    q
+        Rotations, shape (n, 4).
+    own
+        The file's vectors in these frames, shape (n, 3).
+    before, after
+        Vectors of the frames before and after, shape (3,), or None at an end of the clip.
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)
-    # For frames without rotation, use the axis about which the file makes whole turns.
+    # In frames without rotation, use the axis of the file's vector, which may be a full turn.
     axis = np.where(angle[:, None] > _NONE, short, own)
     size = np.linalg.norm(axis, axis=1)
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
@@ -44,7 +52,17 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice for each frame on the path with the lowest costs plus length (Viterbi)."""
+    """Return the choice in each frame on the path with the lowest sum of steps and costs.
+
+    The path is found with the Viterbi algorithm.
+
+    Parameters
+    ----------
+    choices
+        The possible vectors, shape (n, turns, 3).
+    cost
+        The additional cost of each choice, shape (n, turns).
+    """
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

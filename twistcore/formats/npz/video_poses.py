@@ -1,8 +1,8 @@
-"""Poses that ROMP or BEV estimated from a video [Sun et al. 2021].
+"""Read poses that ROMP or BEV estimated from a video [Sun et al. 2021].
 
-`results` in `video_results.npz` is a pickled dict of frames. It is read without running any code
-(:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Each frame is a dict of arrays with
-a row for each person: `smpl_thetas` (people, 72), `cam_trans` (people, 3) and, if people were
+In `video_results.npz`, `results` is a pickled dict of frames, which is read without running any
+code (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Each frame is a dict of arrays
+with a row for each person: `smpl_thetas` (people, 72), `cam_trans` (people, 3) and, if people were
 tracked, `track_ids`. In earlier versions, a frame is a list of dicts with `poses` (72,).
 `sequence_results` repeats the rows, sorted by person.
 """
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from twistcore.errors import NpzError
 from twistcore.formats.npz.archive import Archive, npy_header
 from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
-from twistcore.formats.npz.stored_arrays import put
+from twistcore.formats.npz.stored_arrays import overwrite_array
 from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
 from twistcore.work.frozen import dataclass
 
@@ -33,17 +33,41 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that is a single pickled object: its bytes and its contents."""
+    """An archive member that is a single pickled object.
+
+    Attributes
+    ----------
+    raw
+        The member's bytes.
+    start
+        Offset of the pickle in these bytes.
+    found
+        The pickle's contents.
+    places
+        Offsets of the arrays' bytes in the pickle.
+    """
 
     raw: bytes = field(repr=False)
-    start: int  # offset of its pickle
+    start: int
     found: Any
     places: Places
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame: the frame's arrays and the person's row in them."""
+    """One person in one frame.
+
+    Attributes
+    ----------
+    frame
+        Index of the frame.
+    who
+        The person's track number.
+    pose, place
+        The frame's arrays, with a row for each person or for one person only.
+    row
+        The person's row in these arrays.
+    """
 
     frame: int
     who: Any
@@ -52,29 +76,31 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return the array named THETAS or PLACE, with a row for each person in the frame."""
+        """Return the array THETAS or PLACE with all people of the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
 
     def numbers(self, name: str) -> NDArray[Any]:
-        """Return this person's row of the array named THETAS or PLACE."""
+        """Return this person's row of the array THETAS or PLACE."""
         array = self.array(name)
         return array[self.row] if array.ndim > 1 else array
 
 
 @dataclass(frozen=True, eq=False)
 class VideoPoses:
-    """The rows of one person as the arrays THETAS, (frames, 72), and PLACE, (frames, 3).
+    """One person's poses, as the arrays THETAS, (frames, 72), and PLACE, (frames, 3).
 
     Attributes
     ----------
     archive
         The file.
+    objects
+        The pickled members of the file, keyed by name.
     rows
         One row for each frame in which the person was seen.
     notes
-        Sentences about people who were left out and frames that were filled in.
+        Sentences about other people and about missing frames.
     """
 
     archive: Archive
@@ -84,7 +110,7 @@ class VideoPoses:
 
     @property
     def path(self) -> Path:
-        """Path of the file, for messages."""
+        """The file, for messages."""
         return self.archive.path
 
     def __contains__(self, name: object) -> bool:
@@ -103,10 +129,9 @@ class VideoPoses:
         return filled
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE, with a row for each frame from the person's first to the last.
+        """Return THETAS or PLACE from the first to the last frame in which the person was seen.
 
-        Frames in which the person was not seen are interpolated: rotations by slerp, positions
-        linearly.
+        In missing frames, rotations are interpolated by slerp and positions linearly.
         """
         rows = np.stack([row.numbers(name) for row in self.rows])
         if not (absent := self.filled).any():
@@ -118,9 +143,9 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the archive's bytes with these rows for the person. Filled frames are left out.
+        """Return the archive's bytes with new numbers for the person, except in missing frames.
 
-        `sequence_results` is updated where it had the same numbers.
+        `sequence_results` is updated where it has the same numbers as before.
         """
         contents = {name: bytearray(one.raw) for name, one in self.objects.items()}
         for name, values in arrays.items():
@@ -148,10 +173,13 @@ class VideoPoses:
             fresh[row] = now
         else:
             fresh[:] = now
-        put(contents[member], self.path, one.places, there, fresh, one.start)
+        overwrite_array(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return the arrays in 'sequence_results' that repeat the same numbers, keyed by frame."""
+        """Return the arrays in 'sequence_results' that repeat the person's numbers.
+
+        The dict is keyed by frame.
+        """
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -171,7 +199,7 @@ class VideoPoses:
 
 
 def read_video_poses(archive: Archive) -> VideoPoses | None:
-    """Return the poses of the person seen in most frames of a video, or None for other data.
+    """Return the poses of the person who is seen in most frames, or None for other data.
 
     Raises NpzError if the poses cannot be used.
     """
@@ -183,7 +211,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
         return None
     frames = objects[RESULTS].found
     if isinstance(frames, list) or (isinstance(frames, dict) and _pose(frames) is not None):
-        frames = {"": frames}  # the results for a single image
+        frames = {"": frames}  # these are the results for a single image
     if not isinstance(frames, dict):
         return None
     rows = [row for k, frame in enumerate(frames.values()) for row in _rows(k, frame)]
@@ -205,9 +233,9 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
 
 
 def _object(archive: Archive, name: str) -> _Object | None:
-    """Return a member that consists of one object, or None for plain or damaged data.
+    """Return a member that is a single pickled object, or None for plain or damaged data.
 
-    Raises NpzError if it exceeds a limit.
+    Raises NpzError if the member exceeds a limit.
     """
     raw = archive.raw(name)
     try:
@@ -224,7 +252,7 @@ def _object(archive: Archive, name: str) -> _Object | None:
 
 def _rows(frame: int, found: Any) -> Iterator[_Row]:
     """Yield a row for each person in a frame."""
-    if isinstance(found, list):  # one dict per person
+    if isinstance(found, list):  # earlier versions have one dict per person
         for who, one in enumerate(found):
             if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
                 place = _numbers(one, _PLACES, 3)
@@ -248,7 +276,7 @@ def _pose(found: dict[Any, Any]) -> NDArray[Any] | None:
 
 
 def _numbers(found: dict[Any, Any], names: tuple[str, ...], width: int) -> NDArray[Any] | None:
-    """Return the first array with one of these names and the given number of columns."""
+    """Return the first array with one of these names and `width` columns, or None."""
     for name in names:
         array = found.get(name)
         if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
@@ -263,7 +291,7 @@ def _items(found: Any) -> list[Any]:
 
 
 def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
-    """Yield sentences about the chosen person and about frames that were filled in."""
+    """Yield sentences about the person who was chosen and about missing frames."""
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (

@@ -1,4 +1,4 @@
-"""The bones of a limb, and the pieces into which a bone may be divided."""
+"""Divide a limb into bones, and find the pieces into which a bone is divided."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from twistcore.skeleton.body.parts import Bone
 from twistcore.skeleton.body.shape import Shape
 
-_NUMBERED = np.radians(5.0)  # smallest bend of a joint that has a piece's name but another number
-_UNKNOWN = np.radians(1.0)  # smallest bend of a joint whose name is unknown
-_BENT = np.radians(10.0)  # largest bend up to which pieces and other joints look the same
-_FOOT = 0.35  # share of the longest bone; a shorter bone below shin or forearm ends the limb
-_NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
+_NUMBERED = np.radians(5.0)  # a joint that is named like a piece but bends more is not a piece
+_UNKNOWN = np.radians(1.0)  # a joint with an unknown name that bends more is not a piece
+_BENT = np.radians(10.0)  # smallest bend that tells pieces from joints; some joint must bend more
+_FOOT = 0.35  # share of the longest bone; the limb ends before a shorter bone
+_NEARLY = 0.8  # share of the longest pair of bones; of longer pairs, the outermost is chosen
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
     ("shoulder",): "Shoulder",
     ("arm",): "Arm",
@@ -26,9 +26,16 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 
 
 def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
-    """Return the bones of a limb, from the trunk outwards.
+    """Return the bones of a limb with known joint names, from the trunk outwards.
 
-    `path` lists the limb's joints, from the end back to the trunk.
+    Parameters
+    ----------
+    shape
+        The person's skeleton.
+    path
+        The limb's joints, from the end back to the trunk.
+    segments
+        Names of the limb's bones, from the trunk outwards.
     """
     pieces = _pieces(shape, path)
     left = list(segments)
@@ -36,7 +43,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
     for child, parent in pairwise(path):
         if not left:
             break
-        if not shape.solid[child]:  # at its parent's position: no bone
+        if not shape.solid[child]:  # the joint is at its parent's position
             continue
         segment = _SEGMENT_OF.get(shape.names[parent].roles) if parent in shape.said else None
         if segment in segments:
@@ -51,9 +58,9 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints that begin another piece of the bone above them.
+    """Return the joints at which a bone continues with its next piece.
 
-    `path` lists the joints, from the end to the trunk.
+    `path` lists the limb's joints, from the end back to the trunk.
     """
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
@@ -63,7 +70,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints between the limb's end and the k-th, without pieces."""
+        """Return the roles of the joints below the k-th joint of `path`, without pieces."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -75,7 +82,8 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
             if bend < _NUMBERED if evident else not _ambiguous(shape, path[:k], here):
                 out.add(here)
         elif evident and bend < _UNKNOWN:
-            # Clavicle → shoulder01 → upper arm → forearm: one of the two collars is a piece.
+            # In clavicle → shoulder01 → upper arm → forearm, one of the two collar bones is a
+            # piece.
             collars = {shape.first_role(j, name.side) for j in (here, above)} == {"shoulder"}
             if (collars and len(known_below(k)) > 1) or (not name.roles and k < highest):
                 out.add(here)
@@ -83,9 +91,9 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """True if a joint's name may mean two bones and no joint below it is the lower of the two.
+    """Return True if a joint's name may mean two bones and no joint below settles which.
 
-    `below` lists the joints of the limb below it, from the end back to the joint.
+    `below` lists the limb's joints below `joint`, from the end upwards.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -93,10 +101,19 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones from the trunk to the end of a limb, without the foot or hand.
+    """Return the bones of a line of joints, from the trunk to the end of the limb.
 
-    `segments` are the names of the bones of an arm or leg. If they are given, the limb ends with
-    its two longest bones. If not, a long foot is included.
+    The foot or hand is not included, except for a long foot, such as a horse's, if `segments` is
+    empty.
+
+    Parameters
+    ----------
+    shape
+        The person's skeleton.
+    joints
+        The line of joints, from the trunk outwards.
+    segments
+        Names of an arm's or a leg's bones. If given, the limb ends with its two longest bones.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -115,7 +132,7 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
             whole.append([pair])
     size = [sum(shape.lengths[c] for _, c in bone) for bone in whole]
     end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
-    if not segments:  # a horse has a long foot
+    if not segments:  # include a long foot, such as a horse's
         while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):
             end += 1
     limb = whole[: end + 1][-len(segments) :] if segments else whole[: end + 1]
@@ -128,10 +145,10 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Return the index of thigh and shin, or of arm and forearm, among a limb's pairs of bones.
+    """Return the index of the pair of bones that are thigh and shin, or upper arm and forearm.
 
-    `sums` are the total lengths of each pair of neighbouring bones, starting at the trunk. The
-    longest pair is chosen. If several pairs are nearly as long, the one farthest from the trunk is
-    chosen, since a collar bone may be as long as a forearm.
+    `sums` has the total length of each pair of neighbouring bones, starting at the trunk. The
+    longest pair is chosen. Among pairs that are nearly as long, the outermost is chosen, since a
+    collar bone may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

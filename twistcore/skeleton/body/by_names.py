@@ -11,17 +11,18 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
-_STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
-_WORDS = {"hand": HANDS, "foot": FEET}  # words for the end of a limb; later ones are preferred
+_STUB = 0.4  # share of the next bone; a shorter bone is not a thigh or an upper arm
+_WORDS = {"hand": HANDS, "foot": FEET}  # names of the end of a limb; later ones are preferred
 
-# Joints of a limb from its end up to the root, and the index of the bone that ends at the first.
+# The joints from a limb's end up to the root, and the index in BONES of the bone that ends at the
+# first of them.
 Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs whose end, or a joint above the end, has a known name.
+    """Return the limbs in which the end, or a joint above the end, has a known name.
 
-    The dict is keyed by side and kind.
+    The dict is keyed by (side, kind).
     """
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
@@ -34,7 +35,7 @@ def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
 def _lines_of(
     shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs along the given paths of joints."""
+    """Return the limbs along the given paths, keyed by (side, kind)."""
     trunk: set[int] = set()  # joints above both hands or both feet cannot be a shoulder or thigh
     for kind in BONES:
         both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
@@ -52,7 +53,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root with several lines of joints below it and a name that belongs to no limb."""
+    """Return True for a root that has several children and a name that belongs to no limb."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -61,10 +62,10 @@ def _bare_root(shape: Shape, joint: int) -> bool:
 
 
 def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
-    """Return the joints from a named hand or foot up to the root, and the index of its bone.
+    """Return the path from a named hand or foot up to the root, or None if there is none.
 
-    If there are several hands or feet, the one below the most named joints is chosen. So a hand in
-    a second hierarchy does not replace the real one.
+    If there are several hands or feet, the one below the most named joints is chosen, so that a
+    hand in a second hierarchy, such as a control rig, does not replace the real one.
     """
     roles = ROLES[kind]
     tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
@@ -87,9 +88,9 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path to the end of a limb if only joints above the end have known names.
+    """Return the path from the end of a limb up to the root if only joints above have names.
 
-    `taken` are the joints that belong to other limbs.
+    The result is None if there are no such joints. `taken` contains the joints of other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -104,7 +105,7 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
     known = [j for j in line if j in inner]
     at = roles.index(shape.first_role(lowest, side))
     if len(known) > 1 and shape.is_same_word(known[0], known[1]) and at + 1 < len(roles) - 1:
-        at += roles.index(shape.first_role(known[1], side)) == at  # Arm1 → Arm2
+        at += roles.index(shape.first_role(known[1], side)) == at  # as in Arm1 → Arm2
     here = lowest
     while at < len(roles) - 1:
         below = _main_child(shape, here)
@@ -116,12 +117,15 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
         line.insert(0, below)
         here = below
         at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
-    # The joints above are determined by the hierarchy, as above a hand.
+    # The hierarchy determines the joints above, as it does above a named hand.
     return (line, at - 1) if at > 0 else None
 
 
 def _is_stub(shape: Shape, joint: int) -> bool:
-    """True for a joint after a bone far shorter than the next one, as in LHipJoint → LeftUpLeg."""
+    """Return True if the bone that ends at a joint is far shorter than the next bone.
+
+    An example is LHipJoint → LeftUpLeg.
+    """
     below = _main_child(shape, joint)
     return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 
@@ -131,17 +135,20 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child on the same side with the longest line below it, or None at an end."""
+    """Return the child with the longest line of joints below it, or None at an end.
+
+    Children of the other side are ignored.
+    """
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
     below = [c for c in own if not shape.names[c].other]
-    if not below:  # LeftHeel, above the toes
+    if not below:  # a joint such as LeftHeel, above the toes
         below = [c for c in own if any(shape.names[j].roles for j in shape.children[c])]
     return max(below, key=lambda c: (shape.reach[c], shape.lengths[c], -c), default=None)
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """Return the nearest joint below a foot that is named as a toe of its side, or −1."""
+    """Return the joint nearest below a foot whose name means a toe of the given side, or −1."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

@@ -13,11 +13,14 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SMALL_LIMB = 0.35  # share of the longest bone; a line of shorter bones is a neck or an ear
+_SMALL_LIMB = 0.35  # share of the longest limb bone; a line of shorter bones is a neck or an ear
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return the limbs along lines of unnamed joints, except the neck of a body with legs."""
+    """Return the limbs along lines of unnamed joints.
+
+    Lines of short bones, such as a neck, are left out.
+    """
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
@@ -35,9 +38,9 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """Return the joint below a limb's end if the end is bent like a foot, or −1.
+    """Return the joint below a limb's end if the end bends sideways like a foot, or −1.
 
-    A hand is not bent in this way relative to the bone above it.
+    A hand is roughly in line with the forearm.
     """
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
@@ -50,9 +53,10 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the unnamed limbs opposite a known limb, or on a trunk that has none.
+    """Return the limbs without known names in a body that has some known limbs.
 
-    The dict is keyed by side and kind.
+    Such a limb is opposite a known limb, or begins elsewhere on the trunk. The dict is keyed by
+    (side, kind).
     """
     found: dict[tuple[str, str], LimbLine] = {}
     left = [list(line) for line in lines if unnamed_bones(shape, line)]
@@ -82,10 +86,10 @@ def _candidates(
     kind: str,
     known: Mapping[tuple[str, str], LimbLine],
 ) -> list[list[int]]:
-    """Return the lines that may be arms or legs.
+    """Return the lines of joints that may be an arm or a leg.
 
-    The lines begin at the same joint as the limb on the other side. If that is unknown, arms are
-    searched for on the trunk above the legs, and legs near the root.
+    A candidate begins at the same joint as the known limb of that kind on the other side. If that
+    limb is unknown too, a candidate begins at any joint at which no limb of the other kind begins.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}
     if anchors[kind]:
@@ -95,12 +99,15 @@ def _candidates(
 
 
 def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
-    """Return the joints of the trunk from which the known limbs of a kind begin."""
+    """Return the joints of the trunk at which the known limbs of a kind begin."""
     return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
 
 
 def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | None:
-    """Return the rest pose's direction from right to left, (3,), from a pair of known limbs."""
+    """Return the vector from right to left in the rest pose, (3,), or None if it is unknown.
+
+    The vector connects the ends of two known limbs.
+    """
     for kind in BONES:
         pair = [known.get((side, kind)) for side in SIDES]
         if all(pair):
@@ -110,7 +117,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line by its names or its position in the rest pose, or '' if unknown."""
+    """Return the side of a line of joints, from names or the rest pose, or '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

@@ -1,4 +1,4 @@
-"""Search for a body's limbs, and report the limbs that were not found."""
+"""Find a body's limbs, and report the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from twistcore.skeleton.body.by_shape import lines_by_shape, unnamed_lines
 from twistcore.skeleton.body.offsets import ancestors
 from twistcore.skeleton.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.skeleton.body.shape import Shape
-from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.motion import Motion, once_each
+from twistcore.skeleton.joint_names import parse_joint_meaning
+from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.people import find_people, joint_names
 
 
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
-    """Return the limbs of all people in a motion's skeleton.
+    """Find the limbs of all people in a motion's skeleton.
 
-    `said` maps names of joints to meanings that the user has given, such as 'left hand' or 'helper'
-    (see :func:`joint_as_said`).
+    `said` maps joint names to meanings given by the user, such as 'left hand' or 'helper' (see
+    :func:`parse_joint_meaning`).
     """
     return _found(motion, said) if said else _as_found(motion)
 
 
-@once_each
+@cache_per_object
 def _as_found(motion: Motion) -> Body:
     return _found(motion, MappingProxyType({}))
 
@@ -33,7 +33,7 @@ def _as_found(motion: Motion) -> Body:
 def _found(motion: Motion, said: Mapping[str, str]) -> Body:
     skeleton = motion.skeleton
     people = find_people(skeleton)
-    own = {k: joint_as_said(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
+    own = {k: parse_joint_meaning(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
     names = tuple(own.get(k, name) for k, name in enumerate(joint_names(skeleton, people)))
     lines: list[LimbLine] = []
     missing: list[Unexamined] = []
@@ -46,7 +46,7 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
 
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
-    """Return the limbs of one person, and the person's limbs that were not found."""
+    """Return one person's limbs, and the limbs that were not found."""
     lines = named_lines(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
@@ -57,7 +57,7 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
-    """Yield the arms and legs that were not found, and the bones of found limbs without a chain."""
+    """Yield the arms and legs that were not found, or of which only the upper bone was found."""
     inside = {j for line in lines.values() for j in line.joints}
     known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:
@@ -75,9 +75,9 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that lists the joints on that side that no limb uses.
+    """Return a clause that says why a limb was not found, with names that may belong to it.
 
-    `known` are the joints that are in use.
+    `known` contains the joints that are in use.
     """
     end = ROLES[kind][-1]
     unknown = [

@@ -1,4 +1,4 @@
-"""Offsets between joints, and whether an offset is long enough to have a direction."""
+"""Offsets between joints, and the smallest offset that has a direction."""
 
 from __future__ import annotations
 
@@ -8,34 +8,37 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 
 _ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no direction
-_SHIFT = 1e-2  # share of OFFSET's length; a shorter position is added to OFFSET or a rounding error
+_SHIFT = 1e-2  # share of OFFSET's length; smaller position channels do not replace OFFSET
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:
-    """True if any vector, (3,) or (frames, 3), is long enough to have a direction."""
-    return bool(np.linalg.norm(offset, axis=-1).max() > shortest(skeleton))
+    """Return True if any of the vectors is long enough to have a direction.
+
+    `offset` has the shape (3,) or (frames, 3).
+    """
+    return bool(np.linalg.norm(offset, axis=-1).max() > shortest_offset(skeleton))
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's offset from its parent, (3,) from OFFSET or (frames, 3) from channels.
+    """Return a joint's offset from its parent, shape (3,) or (frames, 3) with position channels.
 
-    If the position channels are near zero, they are relative to OFFSET or only rounding errors, and
-    OFFSET is used.
+    Position channels near zero are rounding errors or relative to OFFSET. OFFSET is used instead of
+    them.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
-    smallest = shortest(motion.skeleton)
+    smallest = shortest_offset(motion.skeleton)
     shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
     return np.asarray(rest) if shifts else offset
 
 
-def shortest(skeleton: Skeleton) -> float:
-    """Return the smallest length, in the file's unit, at which an offset has a direction."""
+def shortest_offset(skeleton: Skeleton) -> float:
+    """Return the smallest length of an offset that has a direction, in the file's unit."""
     return _ZERO * skeleton.height
 
 
 def ancestors(skeleton: Skeleton, joint: int) -> list[int]:
-    """Return the joints above a joint, the nearest first."""
+    """Return the joints above a joint, nearest first."""
     out = []
     while (joint := int(skeleton.parents[joint])) >= 0:
         out.append(joint)

@@ -9,7 +9,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.people import Person
 from twistcore.work.frozen import dataclass
 
-# The bones of a limb from its first joint to its end, each named after its first joint.
+# The names of a limb's bones, from the trunk outwards. A bone is named after its first joint.
 BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}
 SIDES = ("Left", "Right")
 LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
@@ -17,14 +17,16 @@ LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone of a limb, from the joint P to its child C.
+    """A bone of a limb, or a piece of one.
 
     Attributes
     ----------
+    parent, child
+        Indices of the joints at which the bone begins and ends.
     segment
-        'Arm', 'Leg' … or '' if unknown.
+        'Arm', 'Leg' etc., or '' if unknown.
     ends
-        True if C begins another bone, False if it begins another piece of this one.
+        True if another bone begins at `child`, False if another piece of this bone does.
     pieces
         Number of pieces into which the whole bone is divided.
     """
@@ -38,20 +40,22 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb: its bones from the trunk outwards, and the joint below its end.
+    """The bones of one limb.
 
     Attributes
     ----------
     side
-        'Left', 'Right' or ''.
+        'Left', 'Right', or '' if unknown.
     kind
-        'arm', 'leg' or ''.
+        'arm', 'leg', or '' if unknown.
+    bones
+        The bones, from the trunk outwards.
     below
-        The joint to which the last joint points (a toe), or −1.
+        Index of the joint to which a foot points, such as a toe, or −1.
     by_shape
-        True if the end of the limb was found by the shape of the skeleton.
+        True if the limb was found by the shape of the skeleton.
     person
-        Name of the person, '' if there is only one person.
+        Name of the person, or '' if there is only one person.
     """
 
     side: str
@@ -69,14 +73,14 @@ class LimbLine:
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb, or the end of a limb, that no chain examines.
+    """A limb, or a part of a limb, without a chain, and the reason.
 
     Attributes
     ----------
     limb
-        The name, such as 'left arm' or 'left forearm'.
+        Name of the limb or the part, such as 'left arm' or 'left forearm'.
     why
-        A clause with the reason.
+        The reason, as a clause.
     side, kind, person
         The same as in :class:`LimbLine`.
     """
@@ -99,7 +103,7 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """Return the limb's name with its person, such as 'left arm of B'."""
+        """Return the limb's name, with the person if there is one, such as 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
@@ -110,16 +114,18 @@ class Unexamined:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The limbs of one or more people in a skeleton, and the meanings of its joints.
+    """The limbs of all people in a skeleton, and the meanings of its joint names.
 
     Attributes
     ----------
+    skeleton
+        The skeleton.
     names
-        The meaning of each joint's name.
+        Meaning of each joint's name.
     lines
         The limbs, person by person.
     missing
-        Arms and legs that were not found.
+        Arms, legs and parts of them that were not found.
     people
         The people in the skeleton.
     """
@@ -131,8 +137,8 @@ class Body:
     people: tuple[Person, ...] = ()
 
     @cached_property
-    def taken_for(self) -> tuple[str, ...]:
-        """Return each joint's role: 'Left Arm', 'Left Hand', 'piece of Left Arm' or ''."""
+    def joint_roles(self) -> tuple[str, ...]:
+        """Return the role of each joint: 'Left Arm', 'Left Hand', 'piece of Left Arm' or ''."""
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

@@ -1,4 +1,4 @@
-"""The shape of a skeleton: lengths, lines of joints, and ranges of bends."""
+"""Measurements of a skeleton's shape: bone lengths, lines of joints, and ranges of bends."""
 
 from __future__ import annotations
 
@@ -13,26 +13,31 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SHORT_LINE = 0.15  # share of the skeleton's longest line; a shorter line is a finger or a foot
-_WHOLE_BONE = 0.6  # share of the bone above; a forearm is longer than this, a finger shorter
-_FINGERS = 3  # minimum number of lines of bones that begin at the end of a limb
+_SHORT_LINE = 0.15  # share of the longest line of joints; a shorter line is a finger or a foot
+_WHOLE_BONE = 0.6  # share of the bone above; a forearm is longer, a finger shorter
+_FINGERS = 3  # minimum number of lines of joints that begin at a hand or paw
 
 
 class Shape:
-    """Data with which limbs are found in a skeleton, or in the part of it that is one person.
+    """Measurements by which limbs are found in one person's part of a skeleton.
 
     Parameters
     ----------
+    motion
+        The motion, with its skeleton.
     names
-        Meanings of the joints' names.
+        Meaning of each joint's name.
     joints
         The person's joints.
     said
-        Joints named by the user.
+        The joints whose meaning the user has given.
+
+    Attributes
+    ----------
     children, offsets, lengths
-        Lists with an entry for each joint, with offsets from :func:`bone_offset`.
+        The person's children, the offset (:func:`bone_offset`) and its mean length, for each joint.
     solid
-        True for a joint whose bone from its parent has a length.
+        For each joint, True if its offset has a length.
     """
 
     def __init__(
@@ -43,7 +48,7 @@ class Shape:
         said: frozenset[int] = frozenset(),
     ) -> None:
         self.motion, self.skeleton, self.names = motion, motion.skeleton, names
-        self.joints, self.said = joints, said  # said: joints named by the user
+        self.joints, self.said = joints, said
         self.parents = motion.skeleton.parents.tolist()
         self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
         self.offsets = [bone_offset(motion, j) for j in range(len(names))]
@@ -52,28 +57,28 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """Return the roles that a joint's name can mean on a side, the most likely first."""
+        """Return the possible roles of a joint on a side, most likely first."""
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
     def first_role(self, joint: int, side: str) -> str:
-        """Return the most likely role of a joint on a side, or ''."""
+        """Return the most likely role of a joint on a side, or '' if it has none."""
         roles = self.roles(joint, side)
         return roles[0] if roles else ""
 
     def is_same_word(self, one: int, other: int) -> bool:
-        """True if the names of two joints differ only in their numbers."""
+        """Return True if the names of two joints differ only in their numbers."""
         a, b = self.names[one], self.names[other]
         return (a.side, a.stem) == (b.side, b.stem) and a.number != b.number
 
     def above(self, joint: int) -> list[int]:
-        """Return the person's joints that are above a joint, the nearest first."""
+        """Return the person's joints above a joint, nearest first."""
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """Return the range of the angle between the bones above and below a joint, radians.
+        """Return how much the angle between the bones above and below a joint varies, in radians.
 
-        This is the range from the 1st to the 99th percentile over all frames.
+        The result is the difference between the 99th and the 1st percentile over all frames.
         """
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
@@ -90,7 +95,7 @@ class Shape:
 
     @cached_property
     def outside_limbs(self) -> list[bool]:
-        """Return a mask of the head, fingers and props, and of all joints below these."""
+        """Return a mask of the head, fingers and props, and of all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -98,15 +103,21 @@ class Shape:
 
     @cached_property
     def reach(self) -> list[int]:
-        """Return for each joint the number of bones on the longest line below it."""
+        """Return, for each joint, the number of bones on the longest line below it."""
         return self.below[0]
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return the number of bones, length and start of the longest line below each joint.
+        """Return data about the longest line of joints below each joint.
 
-        The numbers and lengths have an entry for each joint. The starts are children, keyed by
-        joint.
+        Returns
+        -------
+        bones : list of int
+            Number of bones of the line, for each joint.
+        far : list of float
+            Length of the longest path below each joint.
+        main : dict of int to int
+            The child with which the line begins, keyed by joint.
         """
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
@@ -129,9 +140,10 @@ class Shape:
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
-        """Return the lines of joints that begin at the trunk and contain no joint in `taken`.
+        """Return the lines of joints that begin below the trunk and contain no joint of `taken`.
 
-        A joint belongs to the trunk if two long lines begin at it or at a joint below it.
+        The trunk consists of the joints at which two long lines begin, and of all joints above
+        them.
         """
         bones, far, main = self.below
         longest = self._longest
@@ -159,10 +171,10 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return the joint that ends a whole bone below a line, despite a finger's or prop's name.
+        """Return the joint that ends a line's last bone although its name means a finger or prop.
 
-        Such a joint has children, like a hand, and two whole bones above it. The result is a list
-        with at most one joint.
+        The line must have two whole bones, and the joint must have children, like a hand. The
+        result has at most one joint.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.outside_limbs[below[0]]:
@@ -172,7 +184,7 @@ class Shape:
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
-        """True for a joint at which many lines begin, such as a hand with fingers or a paw."""
+        """Return True for a joint at which three or more lines begin, such as a hand or a paw."""
         lines = (c for c in self.children[joint] if not self.outside_limbs[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 

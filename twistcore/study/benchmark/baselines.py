@@ -1,7 +1,8 @@
-"""Common alternatives to the detectors [Choi26 §2]: filters, projections and interpolation.
+"""Common alternatives to the detectors: filters, projection and interpolation [Choi26 §2].
 
-These methods filter the sign-continuous quaternion components of the chains' joints and renormalise
-them. They do not use the hierarchy, so they cannot distinguish a twist error from a motion.
+These methods change the quaternion components of the chains' joints, after making their signs
+continuous, and renormalise them. They do not use the hierarchy, so they cannot tell a twist error
+from motion.
 """
 
 from __future__ import annotations
@@ -14,13 +15,14 @@ from scipy import interpolate, signal
 
 from twistcore.skeleton.rotation import (
     Array,
-    continuous,
+    continuous_signs,
     slerp,
 )
 
-CUTOFF = 6.0  # Hz, the usual choice for gait
+CUTOFF = 6.0  # Hz; the usual choice for gait
 SAVGOL_SECONDS, SAVGOL_DEGREE = 0.1, 3
-KALMAN_ACCELERATION = np.radians(2000.0) / 2.0  # of components, which are half angles, per s²
+# The acceleration of quaternion components, which are half angles, per s².
+KALMAN_ACCELERATION = np.radians(2000.0) / 2.0
 KALMAN_NOISE = np.radians(1.0) / 2.0
 PCA_VARIANCE = 0.99
 
@@ -30,17 +32,23 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """A method in the benchmark's table that is not a detector.
+    """A method in the benchmark that is not a detector.
 
     Attributes
     ----------
+    name
+        The method's name in commands.
+    label
+        The method's name in tables.
+    why
+        A line that describes the method.
     correct
-        The function that takes sign-continuous rotations (frames, joints, 4), frames per second and
-        the wrong frames, and returns corrected rotations of the same shape.
+        Function that takes rotations with continuous signs, (frames, joints, 4), the frames per
+        second and the wrong frames, and returns corrected rotations of the same shape.
     oracle
-        True if the method is given the true error intervals and changes only the target's joints.
+        True if the method is given the true intervals and changes only the target's joints.
     whole_body
-        True if one joint's result depends on other joints.
+        True if the result for a joint depends on other joints.
     """
 
     name: str
@@ -75,7 +83,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
-    """Filter with a steady-state constant-velocity Kalman filter (α-β filter)."""
+    """Apply a steady-state constant-velocity Kalman filter (α-β filter)."""
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r
@@ -101,9 +109,9 @@ def _pchip(q: Array, _fps: float, gaps: Sequence[Gap]) -> Array:
     if len(good) < 2 or len(good) == len(q):
         return q
     at = np.setdiff1d(np.arange(len(q)), good)
-    known = continuous(q[good])
+    known = continuous_signs(q[good])
     out = q.copy()
-    inside = np.clip(at, good[0], good[-1])  # beyond the clip's ends, the last pose is repeated
+    inside = np.clip(at, good[0], good[-1])  # gaps at the clip's ends have the nearest good pose
     out[at] = interpolate.PchipInterpolator(good, known, axis=0)(inside)
     return out
 

@@ -12,7 +12,7 @@ from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.study.benchmark.clip_scene import AUDITOR, CleanScene, make_scene
-from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
+from twistcore.study.benchmark.filtering_cost import Fidelity, measure_fidelity
 from twistcore.study.benchmark.passes import (
     CleanRun,
     all_methods,
@@ -26,7 +26,7 @@ from twistcore.synthesis import parse_protocol
 
 @dataclass(frozen=True)
 class BenchmarkSettings:
-    """The settings of a benchmark."""
+    """The protocols, methods and seeds of a benchmark."""
 
     protocols: tuple[str, ...] = ("P0",)
     methods: tuple[str, ...] = field(default_factory=all_methods)
@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the name of the detector that finds the natural events in the clean clip."""
+        """Return the detector that looks for natural events in the clean clips."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
@@ -46,18 +46,24 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip, a few kilobytes for a clip of any length.
+    """The result of the benchmark on a clip, which takes a few kilobytes for any clip.
 
     Attributes
     ----------
     clip
-        Path relative to the folder.
+        Path of the clip, relative to the folder.
     micros
-        Duration of the capture in µs.
+        Duration of the capture, µs.
     dropped
-        Number of leading frames before the capture.
+        Number of frames before the capture that were left out.
+    tallies
+        Counts and sums.
+    fidelity
+        Cost of each method on the clean clip.
+    events
+        Natural events in the clean clip.
     problems
-        One sentence for each failure.
+        A sentence for each failure.
     """
 
     clip: str
@@ -69,7 +75,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data: one line of the file that --resume reads."""
+        """Return the result as JSON data, a line in the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -79,7 +85,10 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Return the result from JSON data. Raises KeyError, TypeError or ValueError if damaged."""
+    """Return the result in JSON data.
+
+    Raises KeyError, TypeError or ValueError if the data are invalid.
+    """
     counts = [field.name for field in fields(Tally)]
     tallies = {
         Key(*key): Tally(**dict(zip(counts, values, strict=True)))
@@ -99,14 +108,14 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     """Run the benchmark on one clip.
 
-    `name` is the clip's name in the results. Its stem seeds the errors.
+    `name` is the clip's name in the results. The errors depend on its stem.
     """
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion
         base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
-        # The message names the clip instead of this machine's path to it.
+        # In the message, replace the path, which differs between machines, by the clip's name.
         return ClipResult(name, problems=(str(error).replace(str(path), name),))
     prepared: dict[tuple[bool, int], CleanScene] = {(False, 1): base}
     scenes: list[CleanScene] = []
@@ -123,7 +132,7 @@ def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     kept: dict[str, Fidelity] = {}
     for method in settings.methods:
         runs: dict[tuple[bool, int, str], CleanRun] = {(False, 1, ""): clean_run(base, method)}
-        if measured := fidelity(base, runs[False, 1, ""].outcome.rotations):
+        if measured := measure_fidelity(base, runs[False, 1, ""].outcome.rotations):
             kept[method] = measured
         for scene in scenes:
             run = scene.protocol.rich, scene.protocol.step, scene.protocol.single

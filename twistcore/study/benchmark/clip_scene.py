@@ -1,4 +1,4 @@
-"""Prepare a clip for a protocol: remove the T-pose, and find chains, limbs and natural events."""
+"""Prepare a clip for a protocol: drop the T-pose, and find chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ from twistcore.detection.natural_events import (
     with_events,
 )
 from twistcore.errors import TwistError
-from twistcore.skeleton.chain import Chain, find_chains, limbs, uncorrectable_joints
+from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import chain_joints
 from twistcore.synthesis import Protocol, independent_chains, last_chains, prepare
 
-SHORTEST = 16  # frames, enough for two intervals and some frames around them
+SHORTEST = 16  # number of frames that is enough for two intervals and some frames around them
 AUDITOR = DEFAULT_METHOD
-STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee, or unknown
+# Segments that end at an elbow, at a knee or at an unknown joint.
+STRAIGHTENS = ("", "Arm", "UpLeg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +37,18 @@ class CleanScene:
 
     Attributes
     ----------
+    clip
+        Name of the clip.
+    protocol
+        The protocol.
+    motion
+        The clean motion.
+    chains, limbs
+        The chains and limbs that can be corrected.
     dropped
-        Number of leading frames of the file before the capture.
+        Number of frames at the start of the file that were left out.
     events
-        The events that the auditing detector found in the clean motion.
+        Natural events: detections of the auditing detector in the clean motion.
     """
 
     clip: str
@@ -52,15 +61,15 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Return groups of chains and limbs that share joints; an error affects only one group."""
-        return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
+        """Groups of chains and limbs that share joints. An error affects only one group."""
+        return chains_by_limb(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the chains or limbs in which the protocol injects errors.
+        """The chains or limbs in which the protocol injects errors.
 
-        These are all chains, all limbs, or the chains that can be straight, that can have carried
-        rolls, or that end in a foot or a hand.
+        Depending on the protocol, these are all chains, all limbs, or the chains that can be
+        straight, that can have carried rolls, or that end in a foot or a hand.
         """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
@@ -72,21 +81,19 @@ class CleanScene:
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:
-        """Return the sorted indices of all chains' parents and children and of the limbs' ends."""
+        """Sorted indices of the parents and children of all chains and of the ends of all limbs."""
         return chain_joints((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return the names of chains and limbs with natural events.
-
-        The audited table omits them.
-        """
+        """Names of the chains and limbs with natural events, which the audited tables leave out."""
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Yield the index and the targets of each pass.
+        """Return the index and the targets of each pass.
 
-        The targets are a chain, a limb, or a chain and the next one, depending on the protocol.
+        Depending on the protocol, the targets are a chain, a limb, a chain and the next one, or
+        several independent chains.
         """
         if self.protocol.clean:
             return ()
@@ -104,9 +111,26 @@ class CleanScene:
 
 
 def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> CleanScene:
-    """Drop the leading frames, prepare the clip, find its chains and audit them.
+    """Prepare a clip for a protocol.
 
-    Raises TwistError if there is no chain or if fewer than 16 frames remain.
+    Frames before the capture are left out, the protocol's changes are applied, and chains, limbs
+    and natural events are searched for.
+
+    Parameters
+    ----------
+    name
+        Name of the clip.
+    motion
+        The motion of the clip.
+    protocol
+        The protocol.
+    auditor
+        Name of the detector that looks for natural events.
+
+    Raises
+    ------
+    TwistError
+        If there is no chain, or if fewer than 16 frames remain.
     """
     dropped = leading_frames(motion)
     capture = motion.sliced(dropped, motion.frames)

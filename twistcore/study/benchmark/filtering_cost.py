@@ -1,4 +1,4 @@
-"""Measure the cost of a method on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure what a method costs on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -10,25 +10,26 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.evaluation import chain_joints
 
-LONGEST_LAG = 0.25  # seconds
-LASTING = 0.05  # seconds; a peak is a mean over this time, to suppress noise of single frames
+LONGEST_LAG = 0.25  # longest lag that is searched for, seconds
+# Seconds; a peak is a mean over this time, so that noise in single frames matters less.
+LASTING = 0.05
 _MICRO = 1e-6
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost of a method for one clip, as integers that can be stored without rounding.
+    """The cost of a method on a clip, as integers that are stored without rounding.
 
     Attributes
     ----------
     peak
-        Angular speed before filtering, m°/s.
+        Peak angular speed before filtering, m°/s.
     kept
-        Fraction of the peak that remains after filtering, in millionths.
+        Fraction of the peak that remains after filtering, millionths.
     lag
-        Lag in µs.
+        Lag, µs.
     lag_frames
-        Lag in millionths of a frame.
+        Lag, millionths of a frame.
     """
 
     peak: int
@@ -37,22 +38,32 @@ class Fidelity:
     lag_frames: int
 
 
-def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
+def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
-    `refined` are the filtered rotations, shape (frames, joints, 4). Joints of chains with a natural
-    event are excluded, so that the peak is motion and not an error. The result is None if no joint
-    remains or nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint,
-    compared with the peak of the same joint after filtering. The lag is the shift with the highest
-    cross-correlation of the speeds minus their means, summed over joints. A parabola refines it to
-    a fraction of a frame.
+    The peak is the highest mean speed over 50 ms of the fastest joint. It is compared with the same
+    joint's peak after filtering. The lag is the shift with the highest cross-correlation of the
+    speeds minus their means, added over all joints, and is interpolated by a parabola. Joints of
+    chains with natural events are left out, so that the peak is motion and not an error.
+
+    Parameters
+    ----------
+    scene
+        The clean motion.
+    refined
+        The filtered rotations, shape (frames, joints, 4).
+
+    Returns
+    -------
+    Fidelity or None
+        The cost, or None if no joint remains or nothing moves.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
     if not joints.size or motion.frames < 8:
         return None
-    # Radians per frame, (frames − 1, joints).
+    # Angular speeds, radians per frame, shape (frames − 1, joints).
     before, after = (
         geodesic_angle(q[:-1, joints], q[1:, joints]) for q in (motion.rotations, refined)
     )
@@ -78,7 +89,7 @@ def _lasting(speed: Array, window: int) -> Array:
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` behind `before`: the best shift, up to `longest` frames."""
+    """Return the lag of `after` behind `before`, frames. It is at most `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -1,4 +1,4 @@
-"""The simplest anatomical correction: rotate every bent limb onto its hinge axis."""
+"""Correct every bent limb to its hinge axis, which is the simplest anatomical correction."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ WHY = (
     "where the limb is bent by 10° or more, turns P so that C bends to its usual side, and turns C "
     "back; mistakes pronation and rotation of the joint for errors"
 )
-_CLEAR, _BENT = 30.0, 10.0  # smallest bend in degrees to measure the hinge and to apply it
-_FEWEST = 0.1  # seconds of clear bend
+_CLEAR, _BENT = 30.0, 10.0  # smallest bends, degrees, to measure the hinge and to correct to it
+_FEWEST = 0.1  # minimum duration of bends in which the hinge is measured, seconds
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove, in radians, (frames,), for all chains with a hinge.
+    """Return the offsets to remove from the chains with a hinge, keyed by chain name.
 
-    The dict is keyed by chain name.
+    An offset is in radians and has the shape (frames,).
     """
     out = {}
     for chain in chains:
@@ -36,6 +36,6 @@ def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
         middle = np.angle(turned[clear].sum())
         aside = np.angle(turned * np.exp(-1j * middle))
         aside = np.angle(turned * np.exp(-1j * (middle + np.median(aside[clear]))))
-        # A twist δ of P turns the azimuth by −δ.
+        # A twist of the parent by δ changes the azimuth by −δ.
         out[chain.name] = np.where(known.bend > _BENT, -aside, 0.0)
     return out

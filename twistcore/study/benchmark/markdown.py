@@ -1,4 +1,4 @@
-"""Write the benchmark's results as Markdown that is also readable as plain text."""
+"""Write the benchmark's results as Markdown, which is also readable as plain text."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from twistcore.study.benchmark.tables import (
     OVERALL,
     BenchmarkRow,
     fidelity_rows,
-    label_of,
     make_rows,
+    method_description,
+    method_label,
     protocol_text,
-    why_of,
 )
 
-BAR = 40  # characters of the longest bar
+BAR = 40  # number of characters of the longest bar
 _COLUMNS = (
     ("FSR %", "fsr_percent", 2),
     ("worse %", "worse_percent", 2),
@@ -61,7 +61,10 @@ clips, all chains together. Oracles know the true frames."""
 def benchmark_to_markdown(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> str:
-    """Return the benchmark's results as a Markdown page."""
+    """Return the benchmark's results as a Markdown page.
+
+    `source` names the clips in the title.
+    """
     rows = make_rows(summary, settings)
     minutes = summary.micros / 6e7
     seeds = ", ".join(str(s) for s in settings.seeds)
@@ -77,7 +80,11 @@ def benchmark_to_markdown(
         parts += _protocol_parts(protocol, chosen, settings)
     parts += _fidelity_parts(summary, settings)
     parts.append("## Methods")
-    parts.append("\n".join(f"- **{label_of(m)}** (`{m}`): {why_of(m)}." for m in settings.methods))
+    parts.append(
+        "\n".join(
+            f"- **{method_label(m)}** (`{m}`): {method_description(m)}." for m in settings.methods
+        )
+    )
     parts += _event_parts(summary)
     if summary.problems:
         parts.append("## Could not be processed")
@@ -110,7 +117,7 @@ def _protocol_parts(
 def _overall(rows: Sequence[BenchmarkRow], *, audited: bool) -> str:
     place = (audited, "", OVERALL)
     chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
-    return _listed(["method"], (([label_of(r.method)], r.to_json()) for r in chosen), _COLUMNS)
+    return _listed(["method"], (([method_label(r.method)], r.to_json()) for r in chosen), _COLUMNS)
 
 
 def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> str:
@@ -123,15 +130,15 @@ def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> st
         + [_number(v.get(m, {}).get("fsr_percent"), 2) for m in settings.methods]
         for (side, segment), v in known.items()
     ]
-    return table(["side", "segment", *(label_of(m) for m in settings.methods)], lines)
+    return table(["side", "segment", *(method_label(m) for m in settings.methods)], lines)
 
 
 def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
-    """Return Tables 1 and 2 and Fig. 6 of [Choi26] with our results."""
+    """Return a method's results in the layout of Tables 1 and 2 and Fig. 6 of [Choi26]."""
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
         return []
-    name = label_of(method)
+    name = method_label(method)
     total = by_place.pop(("", OVERALL))
     first = table(
         ["Metric", "Before Refinement", "After Refinement", "Performance Improvement"],
@@ -159,7 +166,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Return a bar chart in fixed-width text, with a bar before and one after for each segment."""
+    """Return a bar chart in fixed-width text, with two bars for each segment: before and after."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )
@@ -184,7 +191,7 @@ def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> l
         f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: in the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
-        _listed(["method"], (([label_of(r["method"])], r) for r in rows), _COSTS),
+        _listed(["method"], (([method_label(r["method"])], r) for r in rows), _COSTS),
     ]
 
 
@@ -205,7 +212,7 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table with aligned columns; numbers are aligned to the right."""
+    """Return a Markdown table with aligned columns. Numbers are aligned to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
         width = max(map(len, (title, *cells)))
@@ -221,11 +228,15 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table whose rows begin with `names`. `columns` are (title, key, decimals)."""
+    """Return a table from rows of (first cells, values).
+
+    `names` are the titles of the first cells. `columns` lists the title, the key and the number of
+    decimals of the other columns.
+    """
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 
 
 def _number(value: float | None, digits: int) -> str:
-    # + 0.0 turns a rounded −0.0 into 0.0
+    # Adding 0.0 turns a rounded −0.0 into 0.0.
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"

@@ -1,4 +1,7 @@
-"""Run the benchmark for one clip, protocol, method and seed."""
+"""Run the benchmark for one clip, protocol, method and seed.
+
+In a *pass*, errors are injected into one target, which is a chain, a limb, or a few chains.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,18 @@ from twistcore.detection import DETECTORS, Kind
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, continuous, geodesic_angle
+from twistcore.skeleton.rotation import Array, continuous_signs, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
-from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
+from twistcore.study.benchmark.tally import (
+    Key,
+    Tallies,
+    Tally,
+    add_tallies,
+    error_tally,
+    in_millionths,
+)
 from twistcore.study.evaluation import (
     COUNTED,
     DAMAGE,
@@ -39,17 +49,25 @@ from twistcore.study.evaluation import (
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 Taus: TypeAlias = Mapping[str, float]
-AUTOMATIC: Taus = MappingProxyType({})  # for every chain
+AUTOMATIC: Taus = MappingProxyType({})  # each chain has its automatic τ
 
 
 def all_methods() -> tuple[str, ...]:
-    """Return the names of all methods in the order of the table."""
+    """Return the names of all methods, in the order of the tables."""
     return (*DETECTORS.ready(), HINGE, *BASELINES)
 
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """The result of a method: the corrected rotations, and the detected intervals of each chain."""
+    """The result of a method on a motion.
+
+    Attributes
+    ----------
+    rotations
+        The corrected rotations, shape (frames, joints, 4).
+    found
+        The detected intervals, keyed by chain name.
+    """
 
     rotations: Array
     found: dict[str, list[Gap]]
@@ -57,10 +75,14 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class CleanRun:
-    """The result of a method on the clean clip, without injected errors.
+    """The result of a method on a clean clip.
 
-    `change` is the angle by which the method turned each joint, in radians, shape (frames,
-    scene.joints).
+    Attributes
+    ----------
+    outcome
+        The result.
+    change
+        Angle by which the method turned each joint, radians, shape (frames, scene.joints).
     """
 
     outcome: MethodResult
@@ -75,22 +97,26 @@ def apply_method(
     tau: Taus = AUTOMATIC,
     accepted: str = "",
 ) -> MethodResult:
-    """Apply a method to a motion, changing only joints of `chains`.
+    """Apply a method to a motion. Only joints of `chains` are changed.
 
-    For a detector, apply its automatic corrections or, if its analysis returns offsets such as the
-    paper's running sum, remove these offsets.
+    A detector's automatic corrections are applied. If its analysis returns offsets, such as the
+    paper's running sum, these are removed instead.
 
     Parameters
     ----------
+    method
+        Name of the method.
+    motion
+        The motion.
     chains
-        The chains, and the limbs if their flips should be found.
+        The chains, and the limbs if flips should be found.
     wrong
-        The frames with errors, for methods that are given the truth.
+        The injected errors, for methods that are given the truth.
     tau
-        τ in radians, keyed by chain name, by default the automatic τ.
+        τ in radians, keyed by chain name. Chains without a value have an automatic τ.
     accepted
-        A kind of error of single joints, such as 'stretch'. A detector's findings of this kind are
-        corrected, as if a person had accepted all of them.
+        A kind of single-joint error, such as 'stretch'. All detections of this kind are corrected,
+        as if a person had accepted them.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -139,7 +165,7 @@ def _replaced(
     gaps: Sequence[Gap],
 ) -> Array:
     joints = list(joints)
-    q = continuous(rotations[:, joints])
+    q = continuous_signs(rotations[:, joints])
     smooth = baseline.correct(q, fps, gaps)
     length = np.linalg.norm(smooth, axis=-1, keepdims=True)
     out = rotations.copy()
@@ -155,17 +181,17 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Return tallies of false alarms and unwanted changes in the clean clip, by chain and limb.
+    """Count false alarms and unwanted changes in the clean clip, by chain and limb.
 
-    Unwanted changes are counted only if the protocol injects no errors. Chains that are not targets
-    of the protocol have an entry only if something was found in them.
+    Unwanted changes are counted only if the protocol injects nothing. A chain that is not a target
+    has an entry only if something was found in it.
     """
     total: Tallies = {}
     counted: set[int] = set()
     for chain in (*scene.chains, *scene.limbs):
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
-            # A joint shared by two chains is counted once, for the first of them.
+            # A joint that two chains share is counted once, for the first chain.
             own = [j for j in chain_joints([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
@@ -175,7 +201,7 @@ def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
                 pairs=change.size,
                 target_pairs=change.size,
                 natural=int(large.sum()),
-                natural_change=micro(np.degrees(change[large]).sum()),
+                natural_change=in_millionths(np.degrees(change[large]).sum()),
             )
         if chain in scene.targets or tally != Tally():
             add_tallies(total, {_key(scene, method, chain): tally})
@@ -189,10 +215,10 @@ def run_item(
     clean: CleanRun | None = None,
     tau: Taus = AUTOMATIC,
 ) -> Tallies:
-    """Run all passes of a clip with one method and one seed, one target at a time.
+    """Run all passes of a clip with one method and one seed.
 
-    Only the target's group is evaluated. In all detectors and single-joint filters, groups are
-    independent of each other, so the results for other groups are the same as in the clean run.
+    Only the group of a pass's targets is evaluated. Detectors and filters of single joints treat
+    groups independently, so the results for other groups are the same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
@@ -206,7 +232,7 @@ def run_item(
 def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
-    """Return the errors of a pass. They depend only on seed, clip name, chain and protocol."""
+    """Draw the errors of a pass, which depend only on seed, clip name, chain and protocol."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
@@ -251,9 +277,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the target rotations: the clean clip's, without its existing limb flips.
+    """Return the rotations that a perfect correction has: the clean clip without its own flips.
 
-    Correcting an existing flip is therefore not counted as an error.
+    So the correction of a flip that was captured does not count as an error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -269,7 +295,7 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
     """Return the chains and limbs whose joints may differ from those in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
-    if len(targets) > 2:  # simultaneous errors in many chains may look like a cut
+    if len(targets) > 2:  # errors in many chains at once may look like a cut
         return (*scene.chains, *scene.limbs)
     return next(group for group in scene.groups if targets[0] in group)
 
@@ -277,7 +303,10 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
 def _interval_tally(
     outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
-    """Compare detected intervals with true ones, ignoring those also found in the clean clip."""
+    """Count true and detected intervals.
+
+    Detections that are also made in the clean clip are left out.
+    """
     if chain.name not in outcome.found:
         return Tally()
     found = outcome.found[chain.name]
@@ -296,10 +325,10 @@ def _damage_tally(
     refined: Array,
     wrong: NDArray[np.bool_],
 ) -> Tally:
-    """Count the clean (joint, frame) pairs that the method changed by more than 1°.
+    """Count the clean (joint, frame) pairs that the method changes by more than 1°.
 
-    A pair that is changed in the same way in the clean clip is counted as natural, and any other
-    pair as damage.
+    A pair that is changed in the same way in the clean clip is natural, and any other pair is
+    damaged. `wrong` is a mask of the pairs with an error, (frames, joints).
     """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
@@ -317,14 +346,17 @@ def _damage_tally(
         target_pairs=len(dirty) * len(own) - int(wrong[:, own].sum()),
         damaged=int(damaged.sum()),
         target_damaged=int(damaged[:, np.isin(joints, own)].sum()),
-        damage=micro(np.degrees(change[damaged]).sum()),
+        damage=in_millionths(np.degrees(change[damaged]).sum()),
         natural=int(natural.sum()) + away.size,
-        natural_change=micro(np.degrees(change[natural]).sum() + np.degrees(away).sum()),
+        natural_change=in_millionths(np.degrees(change[natural]).sum() + np.degrees(away).sum()),
     )
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between two rotations of some joints, in radians, (frames, joints)."""
+    """Return the angle between the rotations of some joints before and after, radians.
+
+    The shape is (frames, len(joints)).
+    """
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

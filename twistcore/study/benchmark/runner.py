@@ -1,4 +1,4 @@
-"""Run all clips of a folder in a pool of processes, with progress and resumption."""
+"""Run the benchmark on all clips of a folder in several processes, with progress and resumption."""
 
 from __future__ import annotations
 
@@ -31,9 +31,27 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The data for the tables: sums over all clips, and one entry per clip in the lists.
+    """The results of all clips, from which the tables are made.
 
-    Sums are integers, so the order of the clips does not matter. `sort` sorts the lists.
+    Sums are integers, so that the order of the clips does not matter. Lists have entries for each
+    clip.
+
+    Attributes
+    ----------
+    clips
+        Number of clips.
+    micros
+        Duration of all captures, µs.
+    dropped
+        Number of frames that were left out at the start of clips.
+    tallies
+        Counts and sums.
+    fidelity
+        Cost of each method on each clean clip, keyed by method.
+    events, problems
+        Natural events and failures, each with the name of its clip.
+    missing
+        Number of clips that were not run.
     """
 
     clips: int = 0
@@ -57,7 +75,7 @@ class BenchmarkSummary:
         self.problems += [(result.clip, p) for p in result.problems]
 
     def sort(self) -> None:
-        """Sort the lists by clip, keeping the order within a clip."""
+        """Sort the lists by clip, and keep the order within a clip."""
         self.events.sort(key=lambda entry: entry[0])
         self.problems.sort(key=lambda entry: entry[0])
         for measured in self.fidelity.values():
@@ -65,7 +83,10 @@ class BenchmarkSummary:
 
 
 def find_clips(folder: Path) -> dict[str, Path]:
-    """Return the BVH files below a folder, or a single file, keyed by relative path."""
+    """Return the BVH files in a folder and its subfolders, keyed by relative path.
+
+    `folder` may also be a single file.
+    """
     if folder.is_file():
         return {folder.name: folder}
     return clips_by_name(folder, suffixes=BVH)
@@ -80,19 +101,29 @@ def run_benchmark(
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> BenchmarkSummary:
-    """Run the benchmark on every clip, and return the results.
+    """Run the benchmark on every clip.
 
-    Ctrl+C ends the run and keeps the results; the summary's `missing` is the number of clips that
-    were not run. Raises FormatError if `partial` was written with other settings.
+    Ctrl+C ends the run and keeps the results so far.
 
     Parameters
     ----------
+    clips
+        Paths of the clips, keyed by name.
+    settings
+        The protocols, methods and seeds.
+    workers
+        Number of processes.
     partial
-        A JSON-lines file to which each clip's result is written as soon as the clip is finished.
+        A JSON-lines file to which the result of each clip is written as soon as it is known.
     resume
-        True to keep this file's results and run only the other clips, False to overwrite it.
+        True to keep the results in this file and run only other clips, False to overwrite it.
     counter
-        The same as :func:`~twistcore.work.progress.clip_counter`.
+        Shows the progress, like :func:`~twistcore.work.progress.clip_counter`.
+
+    Raises
+    ------
+    FormatError
+        If `partial` was written with other settings.
     """
     summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
@@ -102,7 +133,7 @@ def run_benchmark(
             if result.clip not in known:
                 known.add(result.clip)
                 summary.add(result)
-    # The longest first: a long clip that starts last would leave all other cores idle.
+    # Run the longest clips first. A long clip that starts last would leave all other cores idle.
     todo = sorted((n for n in clips if n not in known), key=lambda n: (-stamps[n][0], n))
     summary.missing = len(todo)
     with (
@@ -142,10 +173,10 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, to detect edits."""
+    """Return a file's size and modification time, by which changes are detected."""
     try:
         status = path.stat()
-    except OSError:  # missing, or a broken link: reading the clip will report the error
+    except OSError:  # the file is missing or a broken link; reading it will report the error
         return 0, 0
     return status.st_size, status.st_mtime_ns
 
@@ -153,9 +184,10 @@ def _stamp(path: Path) -> tuple[int, int]:
 def read_partial(
     path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
-    """Yield the results of unchanged clips without problems, ignoring an incomplete last line.
+    """Yield the results of clips that have not changed and had no problems.
 
-    Raises FormatError if the file is of another kind or was written with other settings.
+    An incomplete last line is ignored. Raises FormatError if the file is of another kind or was
+    written with other settings.
     """
     with path.open(encoding="utf-8") as file:
         head = None

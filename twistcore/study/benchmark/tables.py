@@ -1,4 +1,4 @@
-"""Write benchmark results for each protocol, method, side and segment as rows, CSV and JSON."""
+"""Collect benchmark results in rows for protocol, method, side and segment, as CSV or JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,21 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """The results of a method under a protocol, for a segment and a side ('' for both)."""
+    """The results of a method under a protocol, for one side and segment.
+
+    Attributes
+    ----------
+    protocol, method
+        Names of protocol and method.
+    audited
+        True for results of chains without natural events only.
+    side, segment
+        Side, or '' for both, and segment, or OVERALL for all.
+    tally
+        Counts and sums.
+    minutes
+        Duration of all clips.
+    """
 
     protocol: str
     method: str
@@ -40,7 +54,7 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row as rounded JSON in degrees and per cent, with null for missing values."""
+        """Return the row as rounded numbers, in degrees and per cent. Missing values are None."""
         t = self.tally
         detector = self.method in DETECTORS
         found = detector and t.truths > 0
@@ -78,9 +92,9 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return the rows of each protocol, first for all clips and then for audited ones.
+    """Return the rows of each protocol, first of all chains and then of audited ones.
 
-    The rows are sorted by side and segment.
+    Rows are sorted by side and segment.
     """
     minutes = summary.micros / MICRO / 60.0
     rows = []
@@ -106,7 +120,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return (side, segment) of each row: the segments of each side, then the totals."""
+    """Return (side, segment) of each row: the segments of each side, and then the totals."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -129,7 +143,10 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return the medians of lag and peak speed over all clean clips, and over the fastest tenth."""
+    """Return the median lag and loss of peak speed of each method, over all clean clips.
+
+    A second set of values is for the fastest tenth of the clips.
+    """
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -154,19 +171,19 @@ def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> lis
 
 
 def _loss(measured: Sequence[Fidelity]) -> float:
-    """Return the median percentage of the peak speed that is lost."""
+    """Return the median percentage of peak speed that is lost."""
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
-def label_of(method: str) -> str:
-    """Return a method's label in the tables."""
+def method_label(method: str) -> str:
+    """Return the name of a method in tables."""
     if method == HINGE:
         return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
-def why_of(method: str) -> str:
-    """Return a line that describes a method and the reason to compare it."""
+def method_description(method: str) -> str:
+    """Return a line that describes a method."""
     if method in BASELINES:
         return BASELINES[method].why
     if method == HINGE:
@@ -176,7 +193,7 @@ def why_of(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """Return a line that describes a protocol, with the name P0-all for P0."""
+    """Return a line that describes a protocol and its passes."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text
@@ -188,7 +205,7 @@ def protocol_text(name: str) -> str:
 def benchmark_to_json(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> dict[str, Any]:
-    """Return the settings, rows and failures of the benchmark as one JSON document."""
+    """Return settings, rows and failures of the benchmark as a JSON document."""
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -203,10 +220,10 @@ def benchmark_to_json(
         "methods": [
             {
                 "name": m,
-                "label": label_of(m),
+                "label": method_label(m),
                 "detector": m in DETECTORS,
                 "oracle": m in BASELINES and BASELINES[m].oracle,
-                "text": why_of(m),
+                "text": method_description(m),
             }
             for m in settings.methods
         ],
@@ -218,6 +235,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Return CSV with one line per row and empty cells for missing values."""
+    """Return the rows as CSV, with empty cells for missing values."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

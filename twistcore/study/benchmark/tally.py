@@ -1,4 +1,4 @@
-"""Counts and sums as integers, so that results do not depend on the order or the machine."""
+"""Counts and sums as integers, so that results depend neither on the order nor on the machine."""
 
 from __future__ import annotations
 
@@ -11,34 +11,41 @@ import numpy as np
 from twistcore.skeleton.rotation import Array
 from twistcore.synthesis import SUCCESS
 
-WORSE = 0.5  # degrees
+WORSE = 0.5  # degrees; an error is worse if it grows by more
 MICRO = 1_000_000  # angles are summed in millionths of a degree
 
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts and sums over any number of passes. Angles are in µ°, their squares in µ°².
+    """Counts and sums over any number of passes.
+
+    Angles are in millionths of a degree, and squares of angles in millionths of a square degree. A
+    *pair* is a joint in a frame.
 
     Attributes
     ----------
+    passes
+        Number of passes.
     frames
-        Number of error frames. The next fields are sums of their error before and after, and the
-        numbers of frames that are corrected and that become worse by more than half a degree.
+        Number of error frames.
+    before, after, before_squared, after_squared
+        Sums of the errors in these frames, and of their squares, before and after the correction.
+    repaired, worse
+        Number of error frames that are repaired, and that become worse by more than half a degree.
     pairs
-        Clean (joint, frame) pairs of all chains.
-    damaged
-        Pairs that the method changes by more than 1°, unlike in the clean clip.
-    damage
-        Sum of the changes of damaged pairs.
+        Number of clean pairs of all chains.
+    damaged, damage
+        Number of clean pairs that the method changes by more than 1°, but not in the clean clip,
+        and the sum of these changes.
     natural, natural_change
         Number of pairs that the method changes in the same way in the clean clip, and the sum of
         these changes.
     target_pairs, target_damaged
-        `pairs` and `damaged` for the two joints of the injected chain only.
+        `pairs` and `damaged` of the joints of the target only.
     truths, found, matched
-        Numbers of true, found and matched intervals.
+        Number of true intervals, of detections, and of detections that match a true interval.
     alarms
-        Number of intervals found in the clean clip.
+        Number of detections in the clean clip.
     """
 
     passes: int = 0
@@ -65,13 +72,23 @@ class Tally:
         return Tally(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
 
     def values(self) -> tuple[int, ...]:
-        """Return the numbers of the tally, in the order of the fields."""
+        """Return the numbers, in the order of the fields."""
         return tuple(vars(self).values())
 
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The key of a tally. `audited` is True if the target chain has no natural event."""
+    """The key of a tally.
+
+    Attributes
+    ----------
+    protocol, method
+        Names of protocol and method.
+    side, segment
+        Side and segment of the target chain.
+    audited
+        True if the target chain has no natural event.
+    """
 
     protocol: str
     method: str
@@ -90,23 +107,23 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
 
 
 def error_tally(before: Array, after: Array) -> Tally:
-    """Count the error frames of one chain.
+    """Count the error frames of a chain.
 
-    `before` and `after` are the angles of the error in each error frame, radians in [0, π], shape
-    (error frames,).
+    `before` and `after` are the angles of the error before and after the correction, radians in [0,
+    π], shape (error frames,).
     """
     b, a = np.degrees(before), np.degrees(after)
     return Tally(
         frames=len(b),
-        before=micro(b.sum()),
-        after=micro(a.sum()),
-        before_squared=micro((b * b).sum()),
-        after_squared=micro((a * a).sum()),
+        before=in_millionths(b.sum()),
+        after=in_millionths(a.sum()),
+        before_squared=in_millionths((b * b).sum()),
+        after_squared=in_millionths((a * a).sum()),
         repaired=int((a <= SUCCESS * b).sum()),
         worse=int((a > b + WORSE).sum()),
     )
 
 
-def micro(value: float) -> int:
+def in_millionths(value: float) -> int:
     """Return a value in millionths, rounded."""
     return round(float(value) * MICRO)

@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach and, for missed bounds, the best ratio so far."""
+"""Compare ratios of QuaMo's metrics with the bounds that they must meet."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.representations import REPRESENTATIONS
 from twistcore.study.quamo.tables import NoiseCondition, Scores
 
-# [Le26 Table 3] as ratios to its input, in the order of METRICS; it lists no GRE.
+# The results of [Le26 Table 3] divided by those of its input, in the order of METRICS. GRE is not
+# listed there.
 PAPER_STEPS = (
     ("PD only", (0.96, 0.99, 0.30, 0.91, None, 0.18, 0.24)),
     ("+ f_ω", (0.94, 0.98, 0.27, 0.79, None, 0.19, 0.17)),
@@ -28,9 +29,9 @@ PAPER_STEPS = (
 )
 
 
-# The best ratios observed with methods that use only the past, or little more information, and the
-# conditions, keyed by level: from benchmarks/quamo_bounds.py on the 37 clips of
-# docs/quamo-study.md.
+# The best ratios that methods reached which use only the past, or little more information, with the
+# conditions, keyed by noise level. They were computed by benchmarks/quamo_bounds.py on the 37 clips
+# of docs/quamo-study.md.
 TaskBound = Mapping[str, tuple[float, str]]
 _LATER = "even with a delay of 80 ms"
 ACCEL_BOUND: TaskBound = {"A": (0.46, "at MPJPE ≤ 1.02"), "B": (0.53, _LATER)}
@@ -41,22 +42,30 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 
 
 class Demand(NamedTuple):
-    """A ratio of two methods in a metric, with the paper's value and the bar to reach.
-
-    `bar` is None if the ratio is reported but not checked.
+    """A ratio between two methods in one metric, and the bound that it must meet.
 
     Attributes
     ----------
+    what
+        Description of the ratio.
+    over, under
+        Names of the methods in the numerator and the denominator.
+    metric
+        One of METRICS.
+    paper
+        The paper's value, as text.
+    bound
+        The bound, or None for a ratio that is reported but not checked.
     above
-        True if the ratio must be at least the bar.
+        True if the ratio must be at least the bound, False if it must be at most the bound.
     systematic
-        The bar with systematic noise, if different.
+        Bound under systematic noise, if different.
     at_b
-        The bar at level B, if different.
+        Bound at level B, if different.
     task
-        The best ratio observed, if measured.
+        Best ratio that was reached, if known.
     plain
-        True if the ratio is required only without systematic noise.
+        True if the ratio is checked only without systematic noise.
     """
 
     what: str
@@ -72,7 +81,7 @@ class Demand(NamedTuple):
     plain: bool = False
 
     def bar_at(self, condition: NoiseCondition) -> float | None:
-        """Return the bar under this noise condition."""
+        """Return the bound under a noise condition."""
         if condition.systematic and self.systematic is not None:
             return self.systematic
         return self.at_b if condition.level == "B" and self.at_b is not None else self.bound
@@ -130,17 +139,23 @@ TURNS = tuple(
 class BoundCheck:
     """A row of the table: a ratio and its bound.
 
-    `above` is True if the ratio must be at least the bound.
-
     Attributes
     ----------
+    check
+        Description of the ratio.
+    paper
+        The paper's value, as text.
     bound
-        None if the ratio is reported but not checked.
+        The bound, or None for a ratio that is reported but not checked.
+    value, spread
+        Mean and standard deviation of the ratio over noise seeds.
+    above
+        True if the ratio must be at least the bound, False if it must be at most the bound.
     task_bound
-        The best ratio observed with a causal tracker.
+        Best ratio that was reached. None if it is unknown or meets the bound, or if it is worse
+        than `value`, because it was measured on other clips.
     task
-        The conditions of the best ratio. None if the ratio meets the bar, if the best ratio does
-        not beat it (having been measured on other clips), or if it is unknown.
+        The conditions of this best ratio.
     """
 
     check: str
@@ -161,7 +176,7 @@ class BoundCheck:
 
     @property
     def verdict(self) -> str:
-        """Return in Markdown whether the bound is met and, if not, the best ratio observed."""
+        """Return in Markdown whether the bound is met and, if not, the best ratio reached."""
         if self.bound is None:
             return ""
         if self.met:
@@ -171,7 +186,7 @@ class BoundCheck:
         return "**not met**"
 
     def line(self) -> str:
-        """Return the row as Markdown."""
+        """Return the row in Markdown."""
         bound = "–" if self.bound is None else f"{'≥' if self.above else '≤'} {self.bound:.2f}"
         return (
             f"| {self.check} | {self.paper} | {bound} | "
@@ -182,7 +197,7 @@ class BoundCheck:
 def bound_checks(
     scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
 ) -> Iterator[BoundCheck]:
-    """Yield one row for each demand whose two methods were run."""
+    """Yield a row for each demand whose two methods were run under the condition `c`."""
     for d in demands:
         if d.plain and c.systematic:
             continue
@@ -198,6 +213,6 @@ def bound_checks(
 
 
 def bar_table(lines: Sequence[BoundCheck]) -> str:
-    """Return the table as Markdown."""
+    """Return the table in Markdown."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

@@ -28,13 +28,14 @@ HAND, HAND_FIRST_ORDER, HAND_ALPHA = "hand gains", "hand gains, first-order", "h
 HAND_ROOT_SUBSTEPS = "hand gains, root in six sub-steps"
 FULL = "learned, full"
 BOTH_WAYS, FULL_BOTH_WAYS, SPLINE = "both ways, file", "learned both ways, file", "spline, file"
-HAND_ACCELERATION = 150.0  # chosen on subjects 02, 08, 12: Accel at level A grows by a quarter
-_ROOT_SUBSTEPS = 6  # as in NeurPhys, according to [Le26 supplement F]
-_TRAIN_SEED = 100  # not used by any table
+# Chosen on subjects 02, 08 and 12, so that Accel at level A grows by a quarter.
+HAND_ACCELERATION = 150.0
+_ROOT_SUBSTEPS = 6  # number of steps in NeurPhys, according to [Le26 supplement F]
+_TRAIN_SEED = 100  # no table uses this seed
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Return the methods for comparison: a constant offset, then the tuned rivals.
+    """Return the methods for comparison: a constant offset, and the tuned rivals.
 
     The offset for a clip is fitted on the clips of other subjects. Causal rivals come first.
     """
@@ -71,7 +72,7 @@ def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Ar
 
 
 def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Track with hand-tuned gains; the root moves in six Euler steps per frame [Le26 supp. F]."""
+    """Track with hand-tuned gains and six Euler steps per frame for the root [Le26 supp. F]."""
     q, _ = hand_method()(clip, q_hat, r_hat)
     return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
@@ -87,7 +88,7 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """Return hand-tuned methods for other representations that keep the root's position."""
+    """Return hand-tuned methods for other representations of rotations."""
 
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
@@ -99,7 +100,7 @@ def representation_methods() -> dict[str, Method]:
 
 
 def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False) -> Method:
-    """Return a method that tracks each clip with the network trained without its subject."""
+    """Return a method that tracks each clip with a network trained without the clip's subject."""
     way = track_both_ways if both_ways else track
 
     def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -119,9 +120,10 @@ def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Return each method's lags of joints and root position on noise-free clips in milliseconds.
+    """Return the lags of each method on clips without noise, keyed by method, milliseconds.
 
-    Joints are measured relative to the root, over all clips together.
+    Each entry has the lag of the joints relative to the root, and the lag of the root's position,
+    (2,). All clips are measured together.
     """
     found = {}
     for name, method in methods.items():

@@ -1,7 +1,7 @@
-"""Synthetic random noise at error levels A and B. It does not imitate any pose estimator.
+"""Add synthetic random noise at the error levels A and B.
 
-The levels match only the reported magnitude and speed of the errors of video pose estimators [Le26
-Table 1].
+The levels match only the magnitude and speed of errors that are reported for pose estimators on
+video [Le26 Table 1]. They do not imitate any estimator.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.skeleton.rotation import Array, exponential, multiply
 
 SMOOTH_SECONDS = 0.75
-DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera measures depth worst
+DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # of x, height and depth; a camera measures depth worst
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class NoiseLevel:
     Attributes
     ----------
     smooth
-        A bias that wanders within about a second.
+        Magnitude of a bias that wanders within about a second.
     white
-        Noise that is independent in every frame at 25 Hz.
+        Magnitude of noise that is independent in every frame at 25 Hz.
     root_smooth
-        The range from which the magnitude of the root's bias is drawn for each clip.
+        Range from which the magnitude of the root's bias is drawn for each clip.
     root_white
-        The magnitude of the root's white noise, the same for every clip.
+        Magnitude of the root's white noise, the same for every clip.
     """
 
     smooth: float
@@ -49,12 +49,17 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add: its level, and whether half of the bias's variance is systematic.
+    """The noise to add.
 
-    The systematic part is constant within a clip and drawn for each clip separately, so that no
-    method can memorise it. The total magnitude is the same with and without it. `bursts` is the
-    number of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps
-    back).
+    Attributes
+    ----------
+    level
+        The magnitudes.
+    systematic
+        True if half of the bias's variance is constant within a clip. This part is drawn for each
+        clip, so that no method can memorise it. The total magnitude does not change.
+    bursts
+        Number of occlusions per minute. In each, the input of a limb freezes and then jumps back.
     """
 
     level: NoiseLevel
@@ -65,7 +70,7 @@ class Noise:
 LIMBS = ((1, 4, 7, 10), (2, 5, 8, 11), (16, 18, 20, 22), (17, 19, 21, 23))
 
 
-def noisy(
+def add_noise(
     q: Array,
     r: Array,
     noise: Noise,
@@ -74,11 +79,25 @@ def noisy(
     unit: float = 1.0,
     dt: float = NETWORK_DT,
 ) -> tuple[Array, Array]:
-    """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
+    """Return poses and root positions with noise, q̂ = Exp(n) ⊗ q.
 
-    `unit` is the length of r's unit in metres. At other rates, the wandering part keeps its time
-    scale and the white part keeps its magnitude, so samples 1/25 s apart have the same statistics
-    as at 25 Hz.
+    At other frame rates, the bias keeps its time scale and the white noise its magnitude, so that
+    samples 1/25 s apart have the same statistics as at 25 Hz.
+
+    Parameters
+    ----------
+    q
+        Poses, shape (frames, 24, 4).
+    r
+        Root positions, shape (frames, 3).
+    noise
+        The noise.
+    rng
+        The random generator.
+    unit
+        Length unit of `r` in metres.
+    dt
+        Frame time in seconds.
     """
     frames, joints = q.shape[:2]
     level = noise.level
@@ -98,7 +117,7 @@ def noisy(
 
 
 def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt: float) -> Array:
-    """Return white noise smoothed by a 0.75 s Gaussian, with unit variance, (frames, *shape)."""
+    """Return white noise smoothed by a Gaussian of 0.75 s, with unit variance, (frames, *shape)."""
     sigma = SMOOTH_SECONDS / dt
     margin = math.ceil(4.0 * sigma)
     raw = rng.standard_normal((frames + 2 * margin, *shape))

@@ -1,6 +1,6 @@
-"""Measure the errors of a tracked motion compared with the true motion.
+"""Measure the errors of a tracked motion against the true motion [Le26 §4.3].
 
-Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
+Positions have the shape (frames, 24, 3) and are in millimetres at 25 Hz. Joint 0 is the root.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """The error metrics, in millimetres; Accel is in mm per frame² and FS in per cent."""
+    """The error metrics, in mm, except Accel and G-Accel, in mm per frame², and FS, in per cent."""
 
     mpjpe: float
     p_mpjpe: float
@@ -32,8 +32,11 @@ class Errors:
         return tuple(vars(self).values())
 
 
-def errors(found: Array, truth: Array) -> Errors:
-    """Return all metrics of positions (frames, 24, 3) in mm, with the foot contacts of `truth`."""
+def pose_metrics(found: Array, truth: Array) -> Errors:
+    """Return all metrics of positions (frames, 24, 3) in mm.
+
+    Foot contacts are taken from `truth`.
+    """
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
         mpjpe=mean_distance(here[:, 1:], there[:, 1:]),
@@ -47,16 +50,23 @@ def errors(found: Array, truth: Array) -> Errors:
 
 
 def second_difference(places: Array) -> Array:
-    """Return x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
+    """Return the second difference x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
     return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
 def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
-    """Return −Σ (x − x*)·v* and Σ v*·v*, the numerator and denominator of the lag of positions.
+    """Return the numerator and the denominator of the lag of positions.
 
-    `found` and `truth` are x and x*, (frames, …, 3), and v* is the velocity of the truth. The
-    quotient is, to first order, the delay of x* in seconds that makes it most similar to x. Add up
-    the sums of all clips before dividing them.
+    With the true positions x* and velocities v*, these are −Σ (x − x*)·v* and Σ v*·v*. Their
+    quotient is, to first order, the delay in seconds that makes x* most similar to x. Add up the
+    parts of several clips before the division.
+
+    Parameters
+    ----------
+    found, truth
+        Positions x and x*, shape (frames, …, 3).
+    dt
+        Frame time in seconds.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())

@@ -1,7 +1,7 @@
-"""The reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
+"""Write the reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
-Both reports are written as Markdown and as JSON. The column with the paper's results is from other
-data [Le26 Tables 1, 3], so only ratios to the input can be compared, and none is a reproduction.
+Reports are written as Markdown and as JSON. The paper's results come from other data [Le26 Tables
+1, 3]. So only ratios to the input can be compared, and no table is a reproduction.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from twistcore.study.quamo.methods import (
 from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.representations import open_loop_drift
 from twistcore.study.quamo.rivals import RIVALS
-from twistcore.study.quamo.sequences import Sequence24, windows
+from twistcore.study.quamo.sequences import Sequence24, split_into_windows
 from twistcore.study.quamo.tables import (
     CONDITIONS,
     Method,
@@ -56,12 +56,12 @@ from twistcore.study.quamo.tables import (
 Networks = Mapping[str, Mapping[str, Network]]
 Tell = Callable[[str], None]
 SPEEDS = (("π", np.pi), ("2π", 2.0 * np.pi), ("12", 12.0))
-WINDOW = 100  # frames [Le26 §4.2]
+WINDOW = 100  # number of frames of a window [Le26 §4.2]
 
 
 @dataclass(frozen=True, eq=False)
 class StudyReport:
-    """A report as Markdown and as a JSON document."""
+    """A report, as Markdown and as a JSON document."""
 
     markdown: str
     document: dict[str, Any]
@@ -72,7 +72,7 @@ def evaluation_report(
 ) -> StudyReport:
     """Report how learned and hand-tuned gains compare with the rivals and with the bounds.
 
-    Only clips whose subject was held out from some network of the variant 'full' are used.
+    Only clips of subjects for which there is a network that was trained without them are used.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
@@ -94,7 +94,7 @@ def evaluation_report(
         name: {"joints": round(float(ms[0]), 3), "root": round(float(ms[1]), 3)}
         for name, ms in late.items()
     }
-    pieces = windows(sequences, WINDOW)
+    pieces = split_into_windows(sequences, WINDOW)
     if pieces:
         tell(f"{len(pieces)} windows of {WINDOW} frames")
         apart = [c for c in CONDITIONS if not c.systematic]
@@ -184,9 +184,9 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """Return the tables of metrics at each noise level.
+    """Return the tables of metrics under each noise condition.
 
-    The tables for systematic noise have only ratios to the input.
+    With systematic noise, tables have only ratios to the input.
     """
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
@@ -202,7 +202,7 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return rows of name, speed (rad/s), and errors (degrees) of exact and first-order steps."""
+    """Return rows of name, speed in rad/s, and errors of exact and first-order steps in degrees."""
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

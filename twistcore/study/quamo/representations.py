@@ -1,8 +1,8 @@
-"""The PD controller on other representations of rotations, for comparison [Le26 §4.5].
+"""Apply the PD controller to other representations of rotations, for comparison [Le26 §4.5].
 
-The three numbers of a joint, Euler angles or a rotation vector, are tracked as if they were a
-vector. The stiffness is κP/2, so that for small errors all representations obey the same equation
-as the quaternion, whose error is sin(θ/2).
+The three numbers of a joint, which are Euler angles or a rotation vector, are tracked as if they
+were a vector. The stiffness is κP/2, so that all representations obey the same equation for small
+errors as the quaternion, whose error is sin(θ/2).
 """
 
 from __future__ import annotations
@@ -35,10 +35,12 @@ class Representation:
 
     Attributes
     ----------
+    name
+        Name in tables.
     order
-        The order of Euler angles, or '' for the rotation vector.
+        Order of Euler angles, or '' for a rotation vector.
     wrapped
-        True if errors are wrapped to (−π, π].
+        True if errors are wrapped into (−π, π].
     """
 
     name: str
@@ -56,14 +58,14 @@ REPRESENTATIONS = (
 
 
 def coordinates(q: Array, representation: Representation) -> Array:
-    """Return the principal coordinates of rotations, (…, 4) → (…, 3), frame by frame."""
+    """Return the principal coordinates of rotations (…, 4) in each frame, shape (…, 3)."""
     if representation.order:
         return euler_from_quaternion(representation.order, q)
     return logarithm(q)
 
 
 def from_coordinates(x: Array, representation: Representation) -> Array:
-    """Return the rotations that have these coordinates, (…, 3) -> (…, 4)."""
+    """Return the rotations with the given coordinates (…, 3), shape (…, 4)."""
     if representation.order:
         return quaternion_from_euler(representation.order, x)
     return exponential(x)
@@ -72,7 +74,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) as three numbers each, from rest in the first frame."""
+    """Track rotations (frames, …, 4) as three numbers each, starting at rest in the first frame."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -88,10 +90,10 @@ def track_coordinates(
 
 
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
-    """Track root positions (frames, …, 3) as the tracker does, from rest in the first frame.
+    """Track root positions (frames, …, 3) like the tracker, starting at rest in the first frame.
 
-    `steps` is the number of Euler steps within a frame, all towards the same reference. Earlier
-    work uses six [Le26 supplement F].
+    `steps` is the number of Euler steps per frame, all towards the same reference. Earlier work
+    uses six [Le26 supplement F].
     """
     r = np.empty_like(r_hat)
     r[0] = r_hat[0]
@@ -104,7 +106,7 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """Return True if a clip's root passes ±180° in any representation.
+    """Return True if a clip's root passes a discontinuity of any representation.
 
     `q` has the shape (frames, joints, 4).
     """
@@ -115,9 +117,9 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Return the errors in radians of exact and of first-order integration, in this order.
+    """Return the errors of exact and of first-order integration, radians, in this order.
 
-    The errors are those after 100 steps at a constant speed (rad/s).
+    The errors are measured after 100 steps of `dt` seconds at constant speed, in rad/s.
     """
     steps = 100
     axis = np.array([0.36, 0.48, 0.8])

@@ -1,11 +1,12 @@
-"""Methods for comparison with a tracker: causal filters, whole-clip smoothers, and an offset.
+"""Methods to compare with the tracker: causal filters, smoothers of whole clips, and an offset.
 
-Each rival has separate settings for rotations and for the root's position. The settings are the
-best of a grid on the training subjects for which the MPJPE (and GRE) is no higher than our
-tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule.
-Linear filters act on the four components of the quaternions, each in the hemisphere of the previous
-one, and scale the result to unit length, because components have no wrap and no preferred direction
-of turning.
+Each rival has separate settings for rotations and for the root's position. They are the best
+settings of a grid on the training subjects for which MPJPE (or GRE) is no higher than our
+tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice and prints the rule.
+
+Linear filters are applied to the four components of the quaternions, each quaternion in the
+hemisphere of the previous one. The results are scaled to unit length. Unlike angles, components
+have no wrap and no preferred direction of turning.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from twistcore.quamo.state_space import aligned
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,
-    continuous,
+    continuous_signs,
     exponential,
     logarithm,
     multiply,
@@ -29,12 +30,25 @@ from twistcore.skeleton.rotation import (
 )
 
 Setting = tuple[float, ...]
-Smooth = Callable[[Array, float, Setting], Array]  # (frames, …), frame time in seconds, settings
+# A function of values (frames, …), the frame time in seconds, and settings.
+Smooth = Callable[[Array, float, Setting], Array]
 
 
 @dataclass(frozen=True)
 class Rival:
-    """A filter with settings for rotations (`turning`) and for the root's position (`moving`)."""
+    """A filter to compare with the tracker.
+
+    Attributes
+    ----------
+    name
+        Name in tables.
+    causal
+        True if the filter uses only past and current frames.
+    rotations, places
+        The functions for rotations and for the root's position.
+    turning, moving
+        The settings of these functions.
+    """
 
     name: str
     causal: bool
@@ -44,15 +58,15 @@ class Rival:
     moving: Setting
 
     def run(self, q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
-        """Filter rotations (frames, …, joints, 4) and positions (frames, …, 3)."""
+        """Filter rotations (frames, …, joints, 4) and root positions (frames, …, 3)."""
         return self.rotations(q_hat, dt, self.turning), self.places(r_hat, dt, self.moving)
 
 
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     """Filter rotations along the geodesic with the One-Euro filter [Casiez12].
 
-    `setting` is the lowest cut-off in Hz, the additional Hz per rad/s, and the cut-off for the
-    speed in Hz.
+    `setting` has the lowest cut-off frequency in Hz, its increase in Hz per rad/s, and the cut-off
+    frequency for the speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -68,7 +82,10 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
-    """Filter positions with the One-Euro filter, whose second setting is in Hz per m/s."""
+    """Filter positions with the One-Euro filter [Casiez12].
+
+    `setting` is the same as in :func:`one_euro_rotations`, but with the increase in Hz per m/s.
+    """
     lowest, slope, cutoff = setting
     r = r_hat.copy()
     moving = np.zeros(r_hat.shape[1:])
@@ -80,9 +97,9 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
-    """Filter causally with a Butterworth low-pass that starts in its steady state.
+    """Filter causally with a Butterworth low-pass filter that starts in its steady state.
 
-    `setting` is the order and the cut-off in Hz.
+    `setting` has the order and the cut-off frequency in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -92,9 +109,9 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
-    """Filter forward and backward with a Butterworth low-pass, without a delay.
+    """Filter forward and backward with a Butterworth low-pass filter, without delay.
 
-    `setting` is the order and the cut-off in Hz.
+    `setting` has the order and the cut-off frequency in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -106,7 +123,7 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
     """Fit a polynomial around each frame and return its value in that frame.
 
-    `setting` is the window in frames and the degree.
+    `setting` has the number of frames of the window and the degree.
     """
     del dt
     frames, degree = (int(v) for v in setting)
@@ -116,7 +133,7 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """Smooth as `quamo refine --method spline` does. `setting` is the cut-off in Hz."""
+    """Smooth like `quamo refine --method spline`. `setting` has the cut-off frequency in Hz."""
     return smoothed(x, setting[0], dt)
 
 
@@ -124,12 +141,12 @@ def of_components(filtered: Smooth) -> Smooth:
     """Return a filter of rotations that applies `filtered` to the quaternions' components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
-        return normalise(filtered(continuous(q_hat), dt, setting))
+        return normalise(filtered(continuous_signs(q_hat), dt, setting))
 
     return rotations
 
 
-# Settings printed by benchmarks.quamo_tune_rivals.
+# These settings were printed by benchmarks.quamo_tune_rivals.
 RIVALS = (
     Rival("One-Euro", True, one_euro_rotations, one_euro_places, (2.5, 3.0, 4.0), (5.0, 2.0, 1.0)),
     Rival("Butterworth", True, of_components(butterworth), butterworth, (1.0, 7.0), (1.0, 6.0)),
@@ -156,8 +173,8 @@ RIVALS = (
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
 
-    `pairs` are (q̂, q) of training clips. A systematic error that all clips share would appear
-    here.
+    `pairs` are pairs (q̂, q) of training clips. The result shows a systematic error that all clips
+    share.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)

@@ -1,4 +1,4 @@
-"""Convert clips for networks and tables to 24 joints, metres and 25 Hz."""
+"""Convert clips to 24 joints, metres and 25 Hz, for networks and tables."""
 
 from __future__ import annotations
 
@@ -22,7 +22,21 @@ HELD_OUT = ("01", "05", "06", "14")
 
 @dataclass(frozen=True, eq=False)
 class Sequence24:
-    """A true motion at 25 Hz: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres."""
+    """A true motion of 24 joints at 25 Hz.
+
+    Attributes
+    ----------
+    name
+        Name of the clip.
+    subject
+        The person who was captured.
+    q
+        Local rotations, shape (frames, 24, 4).
+    r
+        Root positions, metres, shape (frames, 3).
+    offsets
+        Offsets of the joints from their parents, metres, shape (24, 3).
+    """
 
     name: str
     subject: str
@@ -31,14 +45,18 @@ class Sequence24:
     offsets: Array
 
     def places_mm(self, q: Array, r: Array) -> Array:
-        """Return joint positions in mm, given poses (…, 24, 4) and root positions (…, 3) in m."""
+        """Return joint positions in mm.
+
+        `q` are poses, (…, 24, 4), and `r` are root positions in metres, (…, 3).
+        """
         return 1000.0 * places_24(self.offsets, q, r)
 
 
 def read_sequence(path: Path) -> Sequence24:
     """Read a BVH clip without frame 0, which is a T-pose in CMU's BVH releases.
 
-    Lengths are in CMU's unit. The subject is the part of the file name before '_'.
+    The subject is the part of the file name before '_'. Lengths must be in CMU's unit. Raises
+    TwistError if the clip is too short or lacks a joint or root positions.
     """
     motion = read_bvh(path).motion
     try:
@@ -55,8 +73,8 @@ def read_sequence(path: Path) -> Sequence24:
     return Sequence24(path.stem, subject, q, r, CMU_UNIT * topology.offsets)
 
 
-def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split clips into windows of `frames` frames [Le26 §4.2], and drop the remainder."""
+def split_into_windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
+    """Split clips into windows of `frames` frames [Le26 §4.2], without the rest of each clip."""
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences
@@ -65,9 +83,9 @@ def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, .
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
-    """Return the BVH clips of a folder, sorted by name, and a sentence for each unusable one.
+    """Return the BVH clips of a folder, sorted by name, and a sentence for each unusable clip.
 
-    Raises TwistError if there is no BVH.
+    Raises TwistError if there is no BVH file.
     """
     paths = clips_in(folder, suffixes=BVH)
     if not paths:

@@ -1,4 +1,4 @@
-"""Compute the scores of methods at every noise level and seed, and write tables and JSON."""
+"""Score methods under every noise condition and seed, and write tables and JSON."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
-# A method: a function of noisy versions of a clip, whose subject was not used in training. It
-# returns poses (frames, versions, 24, 4) and root positions (frames, versions, 3).
+# A method is a function of a clip and of noisy versions of its poses (frames, versions, 24, 4) and
+# root positions (frames, versions, 3), and returns such poses and positions. The clip's subject was
+# not used in training.
 Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
 
 _ORDER = tuple(LEVELS.values())
@@ -23,7 +24,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """The noise of a table: a level, with or without its systematic part."""
+    """The noise of a table: a level, with or without a systematic part."""
 
     level: str
     systematic: bool
@@ -33,7 +34,7 @@ class NoiseCondition:
 
     @property
     def noise(self) -> Noise:
-        """Return the noise to add under this condition."""
+        """Return the noise to add."""
         return Noise(LEVELS[self.level], self.systematic)
 
 
@@ -42,18 +43,26 @@ CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False,
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Metrics of each method and condition, (seeds, len(METRICS)), averaged over frames."""
+    """The metrics of methods, averaged over frames.
+
+    Attributes
+    ----------
+    by_method
+        Metrics keyed by method and condition, shape (seeds, len(METRICS)).
+    clips
+        Names of the clips.
+    """
 
     by_method: Mapping[tuple[str, NoiseCondition], Array]
     clips: tuple[str, ...]
 
     def mean(self, method: str, condition: NoiseCondition) -> Array:
-        """Return the mean over seeds, in the order of METRICS."""
+        """Return a method's mean over seeds, in the order of METRICS."""
         mean: Array = self.by_method[method, condition].mean(axis=0)
         return mean
 
     def ratio(self, method: str, condition: NoiseCondition) -> Array:
-        """Return the mean divided by the input's mean, in the order of METRICS.
+        """Return a method's mean divided by the input's, in the order of METRICS.
 
         The ratio is 1 if the input's mean is 0.
         """
@@ -77,12 +86,12 @@ def score_methods(
     *,
     from_truth: bool = False,
 ) -> Scores:
-    """Run every method on every clip, condition and seed, each with the same noise.
+    """Run every method on every clip, condition and seed, all with the same noise.
 
-    Set `from_truth` to True to shift the input's root so that it begins where the truth begins
-    [Le26 §4.2].
+    If `from_truth` is True, the input's root is shifted to begin where the truth begins [Le26
+    §4.2].
     """
-    # A method runs all conditions and seeds of a clip at once, which takes far fewer steps.
+    # A method processes all conditions and seeds of a clip at once, which takes far fewer steps.
     draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
     table = {
         (name, c): np.zeros((len(seeds), len(METRICS)))
@@ -100,20 +109,23 @@ def score_methods(
             q, r = (q_hat, r_hat) if name == "input" else methods[name](sequence, q_hat, r_hat)
             places = sequence.places_mm(q, r)
             for d, (condition, k) in enumerate(draws):
-                found = np.array(errors(places[:, d], truth).values())
+                found = np.array(pose_metrics(places[:, d], truth).values())
                 table[name, condition][k] += len(sequence.q) / total * found
         tell(f"{sequence.name}: {len(sequence.q)} frames")
     return Scores(table, tuple(s.name for s in sequences))
 
 
 def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Array]:
-    """Return a clip's poses with noise that depends on the seed and on the clip's name."""
+    """Return a clip's poses and root positions with noise.
+
+    The noise depends only on the seed, the clip's name and the kind of noise.
+    """
     rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
-    return noisy(sequence.q, sequence.r, noise, rng)
+    return add_noise(sequence.q, sequence.r, noise, rng)
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:
-    """Return the means and each seed's values, by method and condition."""
+    """Return the means and the values for each seed, by method and condition."""
     return {
         "clips": list(scores.clips),
         "metrics": list(METRICS),
@@ -131,7 +143,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """Return the table of one condition: each method's metrics and their ratios to the input."""
+    """Return the table of one condition, with metrics and their ratios to the input."""
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
@@ -145,7 +157,7 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseC
 def ratios_to_markdown(
     title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
-    """Return the table of one condition with only the ratios to the input."""
+    """Return the table of one condition, with only the ratios to the input."""
     rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
     return markdown_table((title, *METRICS), rows)
 

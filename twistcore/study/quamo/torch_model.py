@@ -1,6 +1,6 @@
 """The state space and both networks in PyTorch, with the same steps as tracker.py and network.py.
 
-torch is passed in or imported when needed, so the rest of the program does not depend on it.
+torch is an argument or imported when needed, so that the rest of the program does not depend on it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from twistcore.quamo.state_space import NETWORK_DT, increment
 from twistcore.quamo.topology import JOINTS, PARENTS
 from twistcore.skeleton.rotation import Array
 
-Tensor = Any  # torch's types are unavailable without torch
+Tensor = Any  # torch may be missing, and its types with it
 Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]
 
 
 def import_torch() -> Any:
-    """Return PyTorch, limited to one thread. Raises TwistError with advice if it is missing."""
+    """Return PyTorch. Raises TwistError, which says how to install it, if it is missing."""
     try:
         import torch
     except ImportError:
@@ -31,10 +31,29 @@ def import_torch() -> Any:
     return torch
 
 
-def unroll(
+def track_windows(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), stepping like Stepper."""
+    """Track windows with the state space and the networks, in the same steps as Stepper.
+
+    Parameters
+    ----------
+    torch
+        The library.
+    w
+        The weights, keyed by name.
+    q_hat
+        Noisy poses, shape (windows, frames, 24, 4).
+    r_hat
+        Noisy root positions, shape (windows, frames, 3).
+    step
+        The step, from :func:`make_step`.
+
+    Returns
+    -------
+    tuple of Tensor
+        Tracked poses and root positions, in the same shapes.
+    """
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
         [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1
@@ -53,10 +72,10 @@ def unroll(
 
 
 def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
-    """Return a function of tensors for one state-space step with ControlNet's gains.
+    """Return a function of tensors that takes one step of the state space with ControlNet's gains.
 
-    Set `compiled` to True to fuse the step with torch.compile. This needs a C++ compiler and about
-    a minute at the start, and halves the time of an epoch.
+    If `compiled` is True, torch.compile fuses the step. This needs a C++ compiler and about a
+    minute at the start, and halves the time of an epoch.
     """
     dt, n, exact = NETWORK_DT, 3 * JOINTS, variant in ("s3", "full")
 
@@ -142,16 +161,17 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
     if not exact:
         turn = torch.cat([torch.ones_like(phi[..., :1]), 0.5 * phi], dim=-1)
         return torch.nn.functional.normalize(_multiply(torch, turn, q), dim=-1)
-    # The floor keeps the gradient of the norm finite at φ = 0.
+    # The minimum keeps the gradient of the norm finite at φ = 0.
     half = 0.5 * (phi * phi).sum(dim=-1, keepdim=True).clamp_min(1e-12).sqrt()
     turn = torch.cat([torch.cos(half), (0.5 * torch.sin(half) / half) * phi], dim=-1)
     return _multiply(torch, turn, q)
 
 
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
-    """Return positions relative to the root, (windows, frames, 23, 3)."""
+    """Return joint positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
-    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient for all joints, not 24
+    # Unbinding at once gives one gradient for all joints instead of 24.
+    local, bones = q.unbind(dim=2), bone.unbind(dim=2)
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
     for k in range(1, JOINTS):
         above = turned[PARENTS[k]]

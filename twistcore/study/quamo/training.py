@@ -1,8 +1,8 @@
 """Train ControlNet and InitNet in PyTorch (`pip install twist-inspector[train]`).
 
-The loss is [Le26 Eq. 6] without its shape term: the L1 errors of positions relative to the root and
-of the root's position, plus the L1 errors of their second differences, through 100 steps of the
-state space. torch is imported only when training starts.
+The loss is [Le26 Eq. 6] without its shape term: the L1 errors of joint positions relative to the
+root and of the root's position, and of the second differences of both, over 100 steps of the state
+space. torch is imported only when training starts.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from twistcore.quamo import network as net
 from twistcore.quamo.network import Network, untrained
 from twistcore.quamo.topology import MIRROR
 from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.torch_model import (
     Step,
@@ -32,13 +32,31 @@ from twistcore.study.quamo.torch_model import (
     make_step,
     relative_places,
     tensor,
-    unroll,
+    track_windows,
 )
 
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """The settings of a training run. The shipped weights were trained with the defaults."""
+    """The settings of a training run. The shipped weights were trained with the defaults.
+
+    Attributes
+    ----------
+    variant
+        Variant of the controller.
+    seed
+        Seed of all random numbers.
+    epochs
+        Number of epochs.
+    width, init_width
+        Width of ControlNet and of InitNet.
+    batch
+        Number of windows per batch.
+    window, stride
+        Number of frames of a window, and between the starts of two windows.
+    rate, decay
+        Initial learning rate, and weight decay.
+    """
 
     variant: str = "full"
     seed: int = 0
@@ -54,10 +72,16 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Training windows.
+    """Training windows, with and without noise.
 
-    The shapes are (windows, frames, 24, 4) for q_hat and q, (windows, frames, 3) for r_hat and r,
-    and (windows, 24, 3) for offsets.
+    Attributes
+    ----------
+    q_hat, q
+        Noisy and true poses, shape (windows, frames, 24, 4).
+    r_hat, r
+        Noisy and true root positions, metres, shape (windows, frames, 3).
+    offsets
+        Offsets of the joints from their parents, metres, shape (windows, 24, 3).
     """
 
     q_hat: Array
@@ -74,10 +98,26 @@ def train(
     compiled: bool = False,
     tell: Callable[[str], None] = print,
 ) -> Network:
-    """Train on clips. `checkpoint` is a file to store the progress in and to continue from.
+    """Train the networks on clips.
 
-    Raises TwistError if PyTorch is not installed, if no clip is as long as a window, or if the
-    checkpoint was written with other settings.
+    Parameters
+    ----------
+    sequences
+        The clips.
+    settings
+        The settings.
+    checkpoint
+        A file to which the state is written after each epoch, and from which training continues.
+    compiled
+        True to compile the step (see :func:`make_step`).
+    tell
+        Called with a line of text after each epoch.
+
+    Raises
+    ------
+    TwistError
+        If PyTorch is not installed, if no clip is as long as a window, or if the checkpoint was
+        written with other settings.
     """
     torch = import_torch()
     starts = _starts(sequences, settings)
@@ -130,10 +170,10 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """Yield an epoch's windows, shuffled, randomly mirrored and rotated, with new noise.
+    """Yield an epoch's windows in random order, randomly mirrored and rotated, with new noise.
 
-    The batches depend only on the settings' seed and on the epoch, so a resumed run gives the same
-    result.
+    The batches depend only on the seed of the settings and on the epoch, so that a resumed run
+    gives the same result. `starts` lists the index of the clip and the first frame of each window.
     """
     rng = np.random.default_rng([settings.seed, 2, epoch])
     spread = _spread(sequences)
@@ -161,7 +201,7 @@ def _starts(sequences: Sequence[Sequence24], settings: TrainingSettings) -> list
 def _pose_statistics(
     sequences: Sequence[Sequence24], settings: TrainingSettings
 ) -> dict[str, NDArray[np.float32]]:
-    """Return the mean and the standard deviation of the pose inputs under the training noise."""
+    """Return mean and standard deviation of the pose inputs under the training noise."""
     rng = np.random.default_rng([settings.seed, 3])
     spread = _spread(sequences)
     poses = np.concatenate(
@@ -184,8 +224,8 @@ def _spread(sequences: Sequence[Sequence24]) -> Array:
 def _augmented(
     sequence: Sequence24, rng: np.random.Generator, spread: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    # Rotate every joint by a constant random angle of the size of its usual movement, so that the
-    # network learns how far a joint turns and not the posture of these people.
+    # Rotate each joint by a constant random angle as large as its usual movement, so that the
+    # network learns how far joints turn and not the posture of these people.
     posture = rng.standard_normal(spread.shape) * spread
     q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
     if rng.random() < 0.5:
@@ -199,13 +239,13 @@ def _augmented(
     c, s = np.cos(yaw), np.sin(yaw)
     r = np.stack([c * r[:, 0] + s * r[:, 2], r[:, 1], c * r[:, 2] - s * r[:, 0]], axis=1)
     noise = Noise(LEVELS[str(rng.choice(list(LEVELS)))], systematic=bool(rng.random() < 0.5))
-    q_hat, r_hat = noisy(q, r, noise, rng)
+    q_hat, r_hat = add_noise(q, r, noise, rng)
     return q_hat, r_hat, q, r, offsets
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
-    """Return the L1 error of positions and of their second differences, in metres."""
-    q, r = unroll(torch, w, batch.q_hat, batch.r_hat, step)
+    """Return the L1 errors of positions and of their second differences, added up, in metres."""
+    q, r = track_windows(torch, w, batch.q_hat, batch.r_hat, step)
     found, found_r = relative_places(torch, q, batch.offsets), r
     truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
     truth_r = tensor(torch, batch.r)
@@ -222,7 +262,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 def _settings_text(settings: TrainingSettings) -> str:
     """Return the settings as text for checkpoints.
 
-    The text contains the former name of the class, so that earlier checkpoints are accepted.
+    The text begins with the class's earlier name, so that earlier checkpoints can be used.
     """
     return repr(settings).removeprefix("Training")
 
