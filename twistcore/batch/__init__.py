@@ -1,4 +1,4 @@
-"""Process many clips, either as a survey or into a batch folder that survives a crash."""
+"""Process many clips, as a survey in memory or as a batch whose results are stored in a folder."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first used: reading a manifest needs no numpy.
+    # Modules are loaded on first use, since reading a manifest does not need numpy.
     _HOMES = {
         "clip_survey": "ClipSurvey survey survey_folder",
         "how_bad": "severity",

@@ -1,4 +1,4 @@
-"""Process a clip into a result document and, if requested, corrected bytes."""
+"""Process a clip and return its result document and, if requested, the corrected clip."""
 
 from __future__ import annotations
 
@@ -29,10 +29,21 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Return a clip, its result document, and the bytes of the corrected clip if there are any.
+    """Process a clip.
 
-    The document does not contain the clip's name, so equal files have equal documents. Raises
-    TwistError.
+    Returns
+    -------
+    clip
+        The clip.
+    document
+        The result. It does not contain the clip's name, so equal files have equal documents.
+    corrected
+        The bytes of the corrected clip, or None if no correction is requested.
+
+    Raises
+    ------
+    TwistError
+        If the clip cannot be read or analysed.
     """
     clip = read_clip(path, fps=parameters.fps)
     found = _detected(clip, parameters)
@@ -45,7 +56,7 @@ def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any],
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
     if corrected != clip.data:
-        # For a BVH, the written file with its rounding; for other formats, the motion itself.
+        # Examine a BVH as written, with rounded values. For other formats, examine the motion.
         bvh = clip.format == "bvh"
         after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
         document["left"] = intervals_to_json(_detected(after, parameters))
@@ -106,7 +117,10 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and a list of problems."""
+    """Return the corrected motion, the number of corrected intervals, and the uncorrected chains.
+
+    The chains are described in sentences that say why they are uncorrected.
+    """
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

@@ -1,9 +1,12 @@
-"""Choose the threshold τ of each joint from the noise of clips and from errors injected into them.
+"""Choose the threshold τ of each chain from the noise of clips and from errors injected into them.
 
-[Choi26] uses a threshold τ but does not specify its value. This package chooses τ by its cost. At
-every τ of a grid, the cost depends on the share of injected error frames that are corrected (FSR),
-and on the number of false alarms in the clips after their existing errors were removed. `twistcore
-tune` and the window's tuning tab use this package.
+[Choi26] uses a threshold τ but does not specify its value. This package computes the cost of every
+τ in a grid and suggests the τ with the lowest cost. The cost depends on
+
+- the share of injected error frames that are repaired (FSR), and
+- the number of false alarms in the clips, whose existing errors are removed first.
+
+`twistcore tune` and the window's tuning tab use this package.
 """
 
 from twistcore.tuning.cleaning import Verdicts, cleaned

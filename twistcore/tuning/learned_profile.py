@@ -1,4 +1,4 @@
-"""Create a profile from verdicts: a τ for each chain, its evidence, and the learned confidence."""
+"""Create a profile from verdicts, with a τ for each chain, evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -30,15 +30,19 @@ class LearnedProfile:
 
     Parameters
     ----------
+    profile
+        The profile.
     reasons
-        The evidence for each chain's τ.
+        The evidence for each chain's τ, keyed by chain name.
     apart
-        Names of the chains that need a τ different from the common one.
-    before, after
-        Reliability of the detector's confidences, and of the learned ones on held-out verdicts.
-        None if there are too few verdicts.
+        Names of the chains that need their own τ.
+    before
+        Reliability of the detector's confidences, or None if there are too few verdicts.
+    after
+        Reliability of the learned confidences, on verdicts that were not used for learning, or
+        None.
     held_out
-        A word for what was held out, such as 'clips'.
+        A word for the parts that were left out one by one, such as 'clips'.
     """
 
     profile: Profile
@@ -49,7 +53,10 @@ class LearnedProfile:
     held_out: str = "clips"
 
     def write(self, path: Path, source: str) -> None:
-        """Write the profile with the evidence. Raises OSError."""
+        """Write the profile with its evidence. Raises OSError.
+
+        `source` is the name of the folder with the sessions.
+        """
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
         sessions = f"{source}'s sessions"
@@ -57,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence about the learned confidence."""
+        """Return a sentence about the errors of the learned and of the detector's confidence."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -71,9 +78,9 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return a profile with the τ in `found` for every reviewed chain.
+    """Return a profile with a τ for every reviewed chain, as suggested in `found`.
 
-    The profile contains the rig and the performer if they are the same in all clips.
+    The rig and the performer are included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})
@@ -103,10 +110,10 @@ def _only(values: set[str]) -> str:
 def learned_from(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence and its reliability before and after learning.
+    """Return the learned confidence, and its reliability before and after learning.
 
     All three are None if there are too few verdicts. The reliability after learning is measured on
-    held-out clips, or on held-out parts of a single clip.
+    clips, or on parts of a single clip, that were not used for learning.
     """
     given = seen(clips)
     if len(given) < ENOUGH:
