@@ -2,9 +2,9 @@
 
 Copies of the folder's clips get random errors in some of their chains, and are opened as a folder
 in the real window. The output shows the seconds until the first clip can be reviewed, the longest
-time and the 99th percentile for which the GUI thread is blocked, the clips analysed per second, and
-how well the order by severity agrees with the true one. With --scrub, the playhead moves all the
-time, so that drawing is included.
+time and the 99th percentile of the times for which the GUI thread is blocked, the clips analysed
+per second, and how well the order by severity agrees with the true one. With --scrub, the playhead
+moves all the time, so that drawing is included.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
 
 
 def main() -> None:
-    """Measure the queue, and print the results."""
+    """Measure the queue and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)
@@ -90,7 +90,7 @@ def main() -> None:
         loop.exec()
         timer.stop()
         seconds = time.perf_counter() - begun
-        while not first:  # the worst clip opens once all are analysed, or after some seconds
+        while not first:  # the worst clip opens when all are analysed, or after some seconds
             QApplication.processEvents()
         measured = [window.queue.clips[p].severity for p in truth]
         agreement = spearmanr(measured, list(truth.values())).statistic

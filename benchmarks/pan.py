@@ -32,7 +32,7 @@ FRAMES = 100_000
 
 
 def main() -> None:
-    """Measure panning, and print the table."""
+    """Measure panning and print the table."""
     make_application()
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
