@@ -29,7 +29,7 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Process a clip.
+    """Detect errors in a clip and, if requested, correct it.
 
     Returns
     -------

@@ -139,7 +139,7 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Return True if a clip needs other files, as an AMC needs a skeleton file."""
+    """Return True if a clip needs other files, such as the skeleton of an AMC."""
     return bool(_companion(path))
 
 

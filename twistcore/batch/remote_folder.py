@@ -29,13 +29,12 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relati
 
 @contextmanager
 def working_folder(output: str) -> Iterator[Path]:
-    """Yield a local folder for a batch. For a URL, the folder is copied and then uploaded.
+    """Yield a local folder for a batch, which is uploaded at the end if `output` is a URL.
 
-    If `output` is '', the folder is temporary.
-
-    Only changed files are uploaded, and the manifest last, so that it never lists missing files.
-    The results of a killed run are uploaded by the next run on this machine. Raises TwistError if
-    the URL cannot be read or written.
+    If `output` is '', the folder is temporary. For a URL, the folder begins as a copy of the files
+    at the URL. Only changed files are uploaded, and the manifest last, so that it never lists
+    missing files. The results of a killed run are uploaded by the next run on this machine. Raises
+    TwistError if the URL cannot be read or written.
     """
     if not output:
         with TemporaryDirectory() as temporary:

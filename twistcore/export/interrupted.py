@@ -18,8 +18,8 @@ from twistcore.files.encoding import json_bytes
 from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_file
 
-_EXPORT = ".export"  # at the end of a mark's name
-_MOST = 10_000  # bytes of a mark
+_EXPORT = ".export"  # end of a mark's name
+_MOST = 10_000  # maximum size of a mark in bytes
 
 
 @contextmanager

@@ -381,7 +381,7 @@ class CarryOver(Command):
 
 @dataclass(frozen=True, eq=False)
 class Settle(Command):
-    """Set intervals with their decisions to settle differences between two reviews of the clip.
+    """Replace intervals and their decisions, to settle differences between two reviews of the clip.
 
     An interval in `earlier` replaces the interval with the same id, or is added if there is none.
     """

@@ -91,7 +91,7 @@ def verdicts_on(
 
 
 def informative_order(confidence: Array) -> list[int]:
-    """Return an order for judging corrections in which the first ones represent them all.
+    """Return an order in which to judge corrections, so that few verdicts represent them all.
 
     Parameters
     ----------

@@ -106,7 +106,7 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return the missing numbers of accepted intervals (any chain) and of own verdicts."""
+        """Return how many accepted intervals of any chain, and own verdicts, are still missing."""
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
@@ -118,7 +118,7 @@ class VerdictCurve:
 
     @property
     def precision(self) -> Array:
-        """Return the fraction of detections that are errors, shape (n,), or NaN without any."""
+        """Return the fraction of detections that are errors, shape (n,), NaN without detections."""
         found = self.found.sum(axis=0)
         return _share(found, found + self.alarms.sum(axis=0))
 

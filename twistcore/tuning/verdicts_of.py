@@ -157,9 +157,9 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """Return True if the interval is a counter-twist on which a person has decided after a look.
+    """Return True if the interval is a counter-twist that a person examined and decided on.
 
-    Automatic corrections and intervals accepted in bulk are excluded.
+    Automatic corrections and intervals that were accepted in bulk are excluded.
     """
     return (
         judged.decision != Decision.UNDECIDED
