@@ -22,7 +22,7 @@ from scipy.stats import spearmanr
 from inspector.app import make_application
 from inspector.collector import keep_for_good
 from inspector.session.settings import Settings
-from twistcore.batch.how_bad import root_mean_square
+from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import rewritten
@@ -44,7 +44,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     target.write_bytes(rewritten(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
-    return root_mean_square(found, clip.motion.frames, clip.motion.fps)
+    return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)
 
 
 def main() -> None:

@@ -24,7 +24,12 @@ import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
 from twistcore.formats.clip_files import BVH, clips_in
-from twistcore.tuning.learned_confidence import Seen, learned, reliability, seen
+from twistcore.tuning.learned_confidence import (
+    ConfidenceVerdicts,
+    fit_confidence,
+    reliability,
+    verdicts_with_confidence,
+)
 
 VERDICTS = 200
 DRAWS = 20
@@ -48,12 +53,12 @@ def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Revie
     return found
 
 
-def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
+def drawn_clips(given: ConfidenceVerdicts, rng: np.random.Generator) -> ConfidenceVerdicts:
     """Return the verdicts on whole clips drawn at random with replacement."""
     clips = np.unique(given.clip)
     at = [np.flatnonzero(given.clip == c) for c in rng.choice(clips, len(clips))]
     chosen = np.concatenate(at)
-    return Seen(given.confidence[chosen], given.accepted[chosen], given.clip[chosen])
+    return ConfidenceVerdicts(given.confidence[chosen], given.accepted[chosen], given.clip[chosen])
 
 
 def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> None:
@@ -63,8 +68,10 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
         rows = []
         for seed in range(DRAWS):
             rng = np.random.default_rng(seed)
-            found = learned(seen(sampled(fit, kinds, rng, VERDICTS, mistaken)))
-            whole = seen(sampled(test, kinds, rng, None, mistaken))
+            found = fit_confidence(
+                verdicts_with_confidence(sampled(fit, kinds, rng, VERDICTS, mistaken))
+            )
+            whole = verdicts_with_confidence(sampled(test, kinds, rng, None, mistaken))
             size = len(whole)
             for judged in (whole, *(drawn_clips(whole, rng) for _ in range(5))):
                 told = found.of(judged.confidence)

@@ -43,7 +43,7 @@ _ROOMS_OF_CORE = (
         "export/replay",
         "export/scene_keys",
     ),
-    *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
+    *("export/exported_clips", "study/class_exercise", "study/exercise_clip"),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # single words of these modules are shown, too
 # Texts of these classes, keyed by field, and the context of each.

@@ -27,7 +27,7 @@ from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
-from twistcore.review.left_out import joined_spans, missing_from
+from twistcore.review.left_out import joined_spans, uncovered_parts
 from twistcore.review.session import session_document
 from twistcore.skeleton.limb import Limb
 
@@ -178,9 +178,9 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
     `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
-    again = missing_from(was, wanted)  # included in tuning again
-    not_again = joined_spans(again) != missing_from(again, here)
-    return bool(missing_from(missing_from(wanted, was), here)) or not_again
+    again = uncovered_parts(was, wanted)  # included in tuning again
+    not_again = joined_spans(again) != uncovered_parts(again, here)
+    return bool(uncovered_parts(uncovered_parts(wanted, was), here)) or not_again
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:

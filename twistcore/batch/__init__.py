@@ -4,8 +4,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from twistcore.batch.clip_severity import severity
     from twistcore.batch.clip_survey import ClipSurvey, survey, survey_folder
-    from twistcore.batch.how_bad import severity
     from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
 
 __all__ = [
@@ -22,7 +22,7 @@ if not TYPE_CHECKING:
     # Modules are loaded on first use, since reading a manifest does not need numpy.
     _HOMES = {
         "clip_survey": "ClipSurvey survey survey_folder",
-        "how_bad": "severity",
+        "clip_severity": "severity",
         "manifest": "ClipRecord Manifest is_batch_folder",
     }
 

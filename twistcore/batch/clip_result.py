@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
@@ -28,7 +28,7 @@ from twistcore.skeleton.rotation import largest_and_rms
 SCHEMA = "twistcore.batch_clip/1"
 
 
-def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
+def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
     """Detect errors in a clip and, if requested, correct it.
 
     Returns
@@ -121,11 +121,15 @@ def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Moti
 
     The chains are described in sentences that say why they are uncorrected.
     """
-    from twistcore.export.replay import accepted_motion, chains_left, correctable
+    from twistcore.export.replay import accepted_motion, correctable, uncorrected_chain_sentences
     from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)
     refined = accepted_motion(clip, chains, review.state)
     applied = correctable(clip.motion, chains, review.accepted)
-    return refined, len(applied), list(chains_left(clip.motion, chains, review.accepted))
+    return (
+        refined,
+        len(applied),
+        list(uncorrected_chain_sentences(clip.motion, chains, review.accepted)),
+    )

@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
 from twistcore.detection import DEFAULT_METHOD
-from twistcore.export.exports_beside import without_exports
+from twistcore.export.exported_clips import without_exports
 from twistcore.formats.clip_files import clips_in
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion

@@ -94,7 +94,7 @@ class Outcome:
     unseen: bool = False
 
 
-def process(task: ClipTask) -> Outcome:
+def run_task(task: ClipTask) -> Outcome:
     """Run a task. The function never raises an error; problems are described in the outcome."""
     begin = time.perf_counter()
     forget_peak()
@@ -150,14 +150,14 @@ def _companion(path: Path | str) -> str:
 
 
 def _carried_out(task: ClipTask) -> dict[str, Any]:
-    from twistcore.batch.clip_result import processed  # numpy, scipy
+    from twistcore.batch.clip_result import process_clip  # numpy, scipy
 
     with _on_this_disk(task) as path:
         before, settled = signature_of(path)
         if not path.is_file():  # opening a FIFO would wait for its writer
             raise TwistError(f"{path}: expected a regular file")
         try:
-            clip, result, corrected = processed(path, task.parameters)
+            clip, result, corrected = process_clip(path, task.parameters)
         except TwistError as error:
             path.open("rb").close()  # raises OSError if the file cannot be read
             known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from twistcore.batch.clip_task import ClipTask, Outcome, process
+from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import read_file
 from twistcore.work.processes import Apart, ProcessEndedError
@@ -109,7 +109,7 @@ def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart
-    return apart.tried(process, task, seconds)
+    return apart.tried(run_task, task, seconds)
 
 
 def _in_cluster(

@@ -9,7 +9,7 @@ from twistcore.review import Decision, read_session
 from twistcore.review.agreement import reviewers_of
 
 
-def decisions_of(session: Path) -> dict[str, Any]:
+def count_decisions(session: Path) -> dict[str, Any]:
     """Count the accepted, rejected and undecided intervals of a session, and list its reviewers.
 
     The result has the keys of :meth:`Manifest.note_decisions`, or is {} if nothing is decided.

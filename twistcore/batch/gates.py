@@ -176,7 +176,7 @@ def parse_rule(text: str) -> Rule:
     )
 
 
-def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
+def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
     """Return all broken rules: first those of each clip, in order, then those of the whole run.
 
     `records` is iterated only once, so it may be a generator.

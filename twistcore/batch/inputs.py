@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import exports_in
+from twistcore.export.exported_clips import exports_in
 from twistcore.files.ordinary import read_file
 from twistcore.formats.suffixes import CLIP_SUFFIXES, known_formats
 from twistcore.work.frozen import dataclass
@@ -78,7 +78,7 @@ def find_inputs(
     - the URL of a file or folder
 
     Exports of other clips in a local folder or pattern are left out
-    (`exports_beside.exports_among`).
+    (`exported_clips.exports_among`).
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def find_inputs(
     )
 
 
-def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
+def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with their existing names, or with new, unique names.
 
     `names` has the existing names, keyed by path. Sources with an existing name come first.

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
+from twistcore.batch.clip_severity import unexamined_limb_sentences
 from twistcore.batch.gates import Broken, Rule
-from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import escaped
@@ -49,7 +49,7 @@ def junit_xml(
     rules
         All requested rules.
     broken
-        The broken rules, from :func:`twistcore.batch.gates.broken`.
+        The broken rules, from :func:`twistcore.batch.gates.broken_rules`.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)
     for one in broken:
@@ -67,7 +67,7 @@ def junit_xml(
             _fails(case, by_clip[record.name])
         elif why := (record.result or {}).get("unchecked"):
             _ending(case, "error", "could not be examined", [why])
-        if limbs := limbs_left_out(record.result or {}):
+        if limbs := unexamined_limb_sentences(record.result or {}):
             ElementTree.SubElement(case, "system-out").text = _legal("\n".join(limbs))
     for rule in (rule for rule in rules if rule.total):
         case = _case(suite, rule.text, 0.0, "total")

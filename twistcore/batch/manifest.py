@@ -14,11 +14,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
-from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
+from twistcore.batch.manifest_tables import expected_definitions, make_tables, table_definitions
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
+from twistcore.batch.stored_rows import (
+    checked_column,
+    checked_decisions,
+    checked_parameters,
+    checked_result,
+)
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import saying, shown_words, text
+from twistcore.files.document_values import errors_naming, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
 from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
@@ -238,7 +243,7 @@ class Manifest:
             self._connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
             if create:
                 self._make()
-            if shape_of(self._connection) != shape_of_ours():
+            if table_definitions(self._connection) != expected_definitions():
                 raise FormatError(
                     "expected a manifest written by twistcore batch, found other tables"
                 )
@@ -278,14 +283,17 @@ class Manifest:
         """Return all processing parameters in use as JSON data, keyed by their hash (mark)."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
-            return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
+            return {
+                checked_column("mark", mark): checked_parameters(_text(document))
+                for mark, document in rows
+            }
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
         """Yield the source, the name and the problems of every clip with uncorrected intervals."""
         with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 clip = _columns(("source", "name"), (source, name))
-                sentences = result_of(_text(document))["uncorrected"]
+                sentences = checked_result(_text(document))["uncorrected"]
                 yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
@@ -392,7 +400,7 @@ class Manifest:
             self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
 
 
-def now() -> str:
+def timestamp() -> str:
     """Return the current time as stored in a manifest: ISO 8601 in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
@@ -401,7 +409,7 @@ def now() -> str:
 def _sqlite_errors(file: Path) -> Iterator[None]:
     """Convert errors of SQLite to TwistErrors that name the file."""
     try:
-        with saying(file):
+        with errors_naming(file):
             yield
     except sqlite3.OperationalError as error:
         raise TwistError(f"{file} cannot be read or written ({shown_words(error)})") from None
@@ -418,7 +426,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
     """Return the checked values of the columns, keyed by column name."""
-    checked = {name: column(name, value) for name, value in zip(names, values, strict=True)}
+    checked = {name: checked_column(name, value) for name, value in zip(names, values, strict=True)}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
 
 
@@ -442,13 +450,13 @@ def _record(row: tuple[Any, ...]) -> ClipRecord:
     """Return the record for a row of the query _RECORDS."""
     columns = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
     parameters, version, result, decisions = row[9], row[10], row[11], row[13]
-    document = None if result is None else result_of(_text(result))
+    document = None if result is None else checked_result(_text(result))
     if document is not None:
         document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
         **columns,
-        parameters={} if parameters is None else parameters_of(_text(parameters)),
-        version="" if version is None else column("version", version),
+        parameters={} if parameters is None else checked_parameters(_text(parameters)),
+        version="" if version is None else checked_column("version", version),
         result=document,
-        decisions={} if decisions is None else decisions_of_clip(_text(decisions)),
+        decisions={} if decisions is None else checked_decisions(_text(decisions)),
     )

@@ -31,18 +31,18 @@ def make_tables(connection: sqlite3.Connection) -> None:
         connection.execute(statement)
 
 
-def shape_of(connection: sqlite3.Connection) -> _Shape:
+def table_definitions(connection: sqlite3.Connection) -> _Shape:
     """Return the SQL definitions of all tables, indices, views and triggers in a file."""
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
 
 
 @cache
-def shape_of_ours() -> _Shape:
+def expected_definitions() -> _Shape:
     """Return the SQL definitions that a manifest must have.
 
     A file with any other table, column, view or trigger is refused, since it could be malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)
-        return shape_of(connection)
+        return table_definitions(connection)

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.how_bad import limbs_left_out, percent_affected
+from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.detection.kind import plural_name
@@ -85,7 +85,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
-        left = (*(result.get("uncorrected") or ()), *limbs_left_out(result))
+        left = (*(result.get("uncorrected") or ()), *unexamined_limb_sentences(result))
         row["reason"] = record.reason or result["unchecked"] or "; ".join(left)
     return row
 

@@ -13,8 +13,8 @@ from typing import Protocol
 
 from twistcore.batch.clip_task import ClipTask, Outcome
 from twistcore.batch.corrected_files import FOLDER, is_intact, write_corrected
-from twistcore.batch.inputs import Source, renamed
-from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
+from twistcore.batch.inputs import Source, with_stored_names
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, timestamp
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run_plan import Plan, make_plan, shard_sources
 from twistcore.errors import TwistError
@@ -142,7 +142,7 @@ def run_batch(
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
-        named = renamed(sources, {row.source: row.name for row in rows.values()})
+        named = with_stored_names(sources, {row.source: row.name for row in rows.values()})
         mine = shard_sources(named, *part)
         plan = make_plan(manifest, mine, parameters, partial(is_intact, folder))
         with manifest.transaction():
@@ -217,7 +217,7 @@ class _Run:
             outcome.signature,
             outcome.seconds,
             outcome.peak_bytes,
-            now(),
+            timestamp(),
         )
         known = self.rows.get(source.path)
         if outcome.corrected is not None:

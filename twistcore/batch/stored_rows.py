@@ -80,13 +80,13 @@ COLUMNS: Mapping[str, _Check] = {
 }
 
 
-def column(name: str, value: Any) -> Any:
+def checked_column(name: str, value: Any) -> Any:
     """Return the value of a column after checking it."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
-def result_of(document: str) -> dict[str, Any]:
+def checked_result(document: str) -> dict[str, Any]:
     """Parse and check a result, a document 'twistcore.batch_clip/1' without the clip's name."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
@@ -187,7 +187,7 @@ def _interval(entry: Any, last: int) -> None:
         number(entry["speed_deg_s"], "speed_deg_s")
 
 
-def parameters_of(document: str) -> dict[str, Any]:
+def checked_parameters(document: str) -> dict[str, Any]:
     """Parse and check processing parameters, as written by :meth:`Parameters.to_json`.
 
     Unknown keys are ignored.
@@ -216,7 +216,7 @@ def parameters_of(document: str) -> dict[str, Any]:
 _OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at"
 
 
-def decisions_of_clip(document: str) -> dict[str, Any]:
+def checked_decisions(document: str) -> dict[str, Any]:
     """Parse and check the progress of a review, as given to :meth:`Manifest.note_decisions`."""
     values = has(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):

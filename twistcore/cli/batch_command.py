@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.clip_task import ClipTask, Outcome, process
+from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.batch.inputs import Inputs, find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
@@ -162,7 +162,7 @@ def _written(
     """
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
-        from twistcore.batch.gates import broken as broken_of
+        from twistcore.batch.gates import broken_rules as broken_of
 
         with Manifest.open(folder) as manifest:
 
@@ -297,4 +297,4 @@ def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
 def _in_processes(
     tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float], *, workers: int
 ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-    return each(process, tasks, workers, apart=True, seconds=seconds)
+    return each(run_task, tasks, workers, apart=True, seconds=seconds)

@@ -21,7 +21,7 @@ from twistcore.cli.interval_words import (
     note_sentences,
     uncorrectable_counts,
     unexamined_to_json,
-    without_limbs,
+    unexamined_words,
 )
 from twistcore.cli.output import (
     count_of,
@@ -39,9 +39,9 @@ from twistcore.export.replay import (
     Replay,
     accepted_motion,
     correctable,
-    left_to_later_versions,
     replayed,
     uncorrected_sentences,
+    unknown_kind_sentences,
 )
 from twistcore.files.atomic import is_stream
 from twistcore.files.ordinary import is_there
@@ -100,7 +100,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     count = counted_words(done, found, "corrected")
     count += _left(name, len(applied), found)
     if not found.not_examined:
-        remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
+        remark(f"{arguments.output}: {count}{unexamined_words(found.analysis.unexamined)}")
     if arguments.session:
         session = f"session with {count_of(len(review.state.intervals), 'interval')}"
         remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
@@ -133,9 +133,9 @@ def apply_command(arguments: argparse.Namespace) -> int:
     count = counted_words(done, [j.interval for j in judged], "applied")
     seen = uncorrectable_counts([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
-        remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
+        remark(f"{arguments.output}: {count}{seen}{unexamined_words(analysis.unexamined)}")
     problems, beside = uncorrected_sentences(clip, chains, chosen)
-    problems += left_to_later_versions(clip, session.state)
+    problems += unknown_kind_sentences(clip, session.state)
     problems += blind
     notes += beside
     if arguments.json:

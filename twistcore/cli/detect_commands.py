@@ -27,7 +27,7 @@ from twistcore.cli.interval_words import (
     not_examined,
     note_sentences,
     unexamined_to_json,
-    without_limbs,
+    unexamined_words,
 )
 from twistcore.cli.joint_table import names_to_json, say_names
 from twistcore.cli.output import (
@@ -319,7 +319,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
         where = count_of(len(found.limbs), "limb")
     if broad:
         where += f" of {count_of(len({*people.values()}), 'person', 'people')}"
-    left_out = without_limbs(found.analysis.unexamined)
+    left_out = unexamined_words(found.analysis.unexamined)
     say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}{left_out}")
 
 

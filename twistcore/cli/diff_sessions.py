@@ -27,7 +27,7 @@ from twistcore.review.agreement import (
     check_same_clip,
     decided_by_person,
     merged_review,
-    paired,
+    pair_intervals,
     reviewers_of,
 )
 
@@ -37,7 +37,7 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
     a, b = read_session(arguments.a), read_session(arguments.b)
     try:
         check_same_clip(a.sha256, b.sha256)
-        found = Agreement(paired(a.state.intervals, b.state.intervals))
+        found = Agreement(pair_intervals(a.state.intervals, b.state.intervals))
         if arguments.merge:
             refuse_overwrite([arguments.merge], [arguments.a, arguments.b])
             refuse_decided(arguments.merge)

@@ -50,7 +50,7 @@ def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
     return [limb.to_json() for limb in analysis.unexamined]
 
 
-def without_limbs(unexamined: Sequence[Unexamined]) -> str:
+def unexamined_words(unexamined: Sequence[Unexamined]) -> str:
     """Return text such as '; left arm and right arm not examined', or '' if all were examined."""
     if not unexamined:
         return ""

@@ -20,7 +20,7 @@ from twistcore.cli.output import (
 )
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import without_exports
+from twistcore.export.exported_clips import without_exports
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip_files import clips_in
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
@@ -31,7 +31,7 @@ from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, judged_in
+from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, read_judged_clip
 from twistcore.work.processes import each, reason
 
 _SEEDS = 3  # number of random draws of errors
@@ -297,7 +297,7 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
 
 
 def _judged(pairs: dict[Path, Path], clip: Path) -> JudgedClip:
-    return judged_in(clip, pairs[clip])
+    return read_judged_clip(clip, pairs[clip])
 
 
 def _tell(

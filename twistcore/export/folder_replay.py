@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.exports_beside import exports_among
-from twistcore.export.replay import left_to_later_versions, replayed, uncorrected_sentences
+from twistcore.export.exported_clips import exports_among
+from twistcore.export.replay import replayed, uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_text
@@ -225,7 +225,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
     left, beside = uncorrected_sentences(replay.clip, replay.chains, chosen)
-    left += left_to_later_versions(replay.clip, state)
+    left += unknown_kind_sentences(replay.clip, state)
     repairable = sum(judged.counts for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 

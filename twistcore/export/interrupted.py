@@ -46,7 +46,7 @@ def was_interrupted(session: Path) -> bool:
     return is_file(mark) and not is_held(mark)
 
 
-def interruption(session: Path) -> str:
+def interruption_sentence(session: Path) -> str:
     """Return a sentence if the last export of a session was killed, or ''."""
     if not was_interrupted(session):
         return ""

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from twistcore.errors import FormatError
-from twistcore.files.document_values import bytes_of, has, parsed_json, saying, text
+from twistcore.files.document_values import bytes_of, errors_naming, has, parsed_json, text
 from twistcore.quamo.topology import CMU_NAMES, SMPL_NAMES
 from twistcore.skeleton.body import find_body
 from twistcore.skeleton.motion import Motion
@@ -20,7 +20,7 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
     Raises FormatError if the file is neither, and TwistError if it cannot be read.
     """
     data = bytes_of(path).removeprefix(codecs.BOM_UTF8)
-    with saying(path):
+    with errors_naming(path):
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))
             return {old: text(new, f"the new name of {old}") for old, new in document.items()}

@@ -9,7 +9,7 @@ from twistcore.analysis.correction import children_off_axis, refine, stuck_joint
 from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.interrupted import interruption
+from twistcore.export.interrupted import interruption_sentence
 from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.files.document_values import shown_value
 from twistcore.formats.clip import Clip
@@ -70,7 +70,7 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
-    notes = tuple(filter(None, (interruption(session_path),)))
+    notes = tuple(filter(None, (interruption_sentence(session_path),)))
     return Replay(session, clip, chains, accepted_motion(clip, chains, session.state), notes)
 
 
@@ -86,7 +86,7 @@ def uncorrected_sentences(
     moved
         Sentences about joints that a correction moves, such as a child off the axis of its chain.
     """
-    sentences = chains_left(clip.motion, chains, chosen)
+    sentences = uncorrected_chain_sentences(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
     moved: list[str] = []
     used = {interval.chain for interval in chosen if interval.repairable}
@@ -104,7 +104,7 @@ def uncorrected_sentences(
     return left, tuple(moved)
 
 
-def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
+def unknown_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     """Return a sentence if accepted intervals have a kind that this version does not know."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
@@ -115,7 +115,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     return (f"{clip.path}: {some} of kinds that this version cannot correct: {kinds}",)
 
 
-def chains_left(
+def uncorrected_chain_sentences(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
     """Return a sentence for each chain or joint whose accepted intervals cannot be corrected."""

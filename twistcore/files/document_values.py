@@ -117,7 +117,7 @@ def unexpected(expected: str, what: str, value: object) -> FormatError:
 
 
 @contextmanager
-def saying(place: object) -> Iterator[None]:
+def errors_naming(place: object) -> Iterator[None]:
     """Add `place` at the start of the message of any FormatError raised in the block."""
     try:
         yield
@@ -214,7 +214,7 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
     """Apply `read` to every item of a list. An error message has the number of the wrong item."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
-        with saying(f"{what}, number {k}"):
+        with errors_naming(f"{what}, number {k}"):
             found.append(read(one))
     return tuple(found)
 

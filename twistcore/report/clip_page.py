@@ -20,7 +20,7 @@ from twistcore.report.changes import (
     remaining_detection,
 )
 from twistcore.report.curve_drawing import ClipCurves
-from twistcore.report.document import Report, reported_moves
+from twistcore.report.document import Report, moves_for_page
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn
 from twistcore.report.worst_finds import shown_finds, shown_player, worst_finds
@@ -89,7 +89,7 @@ def clip_page(
         ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
-        **reported_moves(document, report),
+        **moves_for_page(document, report),
         **_changes(report),
     )
 

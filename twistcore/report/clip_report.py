@@ -17,7 +17,7 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.reading import own_name
 from twistcore.report.clip_page import clip_page
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
-from twistcore.report.worst_finds import drawn_with
+from twistcore.report.worst_finds import draw_pictures
 
 
 def write_clip_report(
@@ -53,7 +53,7 @@ def write_clip_report(
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
-    drawn = drawn_with(report, play) if pictures else None
+    drawn = draw_pictures(report, play) if pictures else None
     written = {
         page: encoded(clip_page(document, report, drawn)),
         table: encoded(intervals_csv(report)),

@@ -15,7 +15,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import JointRepairs, children_off_axis, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare, move_to_json
-from twistcore.export.replay import left_to_later_versions, uncorrected_sentences
+from twistcore.export.replay import uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
@@ -151,7 +151,7 @@ class Report:
         The sentences do not contain folder names.
         """
         sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
-        sentences += left_to_later_versions(self.clip, self.state)
+        sentences += unknown_kind_sentences(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
@@ -370,7 +370,7 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     return row
 
 
-def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+def moves_for_page(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
     """Return the moved joints as the page lists them, for the template.
 
     Returns

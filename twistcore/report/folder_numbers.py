@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from twistcore.batch.how_bad import limbs_left_out, percent_affected
+from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
@@ -157,7 +157,11 @@ class FolderNumbers:
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
         how = [f"twistcore {record.version}", f"detector {result['method']}"]
-        how += [_parameter(k, v) for k, v in given(record.parameters).items() if k != "method"]
+        how += [
+            _parameter(k, v)
+            for k, v in nonempty_parameters(record.parameters).items()
+            if k != "method"
+        ]
         self.how[", ".join(how)] += 1
         return row
 
@@ -189,7 +193,7 @@ class FolderNumbers:
         return 3600.0 * self.kinds[kind] / self.seconds if self.seconds else 0.0
 
 
-def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def nonempty_parameters(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return the parameters without empty values."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
@@ -219,7 +223,7 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
         missing=result.get("missing_frames") or 0,
-        unexamined=limbs_left_out(result),
+        unexamined=unexamined_limb_sentences(result),
     )
 
 

@@ -11,10 +11,10 @@ from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.files.version import __version__
 from twistcore.report.clip_page import Home
-from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
+from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, nonempty_parameters
 from twistcore.report.page_templates import GENERATOR, rendered
 
-__all__ = ["GENERATOR", "folder_page", "known_page"]
+__all__ = ["GENERATOR", "folder_page", "manifest_page"]
 
 MOST_ROWS = 5000  # maximum number of rows that a browser sorts without delay
 _MOST_JOINTS = 60
@@ -79,7 +79,7 @@ def folder_page(
     )
 
 
-def known_page(record: ClipRecord, why: str, home: Home) -> str:
+def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
     """Return a clip's page with only the manifest's data. `why` says why the rest is missing."""
     numbers = FolderNumbers()
     return rendered(
@@ -89,7 +89,7 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
         result=record.result or {},
         why=why,
         home=home,
-        parameters=given(record.parameters),
+        parameters=nonempty_parameters(record.parameters),
     )
 
 

@@ -18,9 +18,9 @@ from twistcore.files.ordinary import check_no_links, open_to_read, real_path
 from twistcore.report.clip_page import Home, clip_page
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
-from twistcore.report.folder_page import GENERATOR, folder_page, known_page
+from twistcore.report.folder_page import GENERATOR, folder_page, manifest_page
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
-from twistcore.report.recorded_clip import report_of
+from twistcore.report.recorded_clip import report_from_manifest
 from twistcore.report.worst_finds import figure_of_worst
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Counter, uncounted
@@ -185,7 +185,7 @@ def _write_pages(
 
 
 def _read_again(record: ClipRecord, folder: Path) -> Report | Exception:
-    return _tried(partial(report_of, record, folder))
+    return _tried(partial(report_from_manifest, record, folder))
 
 
 def _tried(make: Callable[[], Made]) -> Made | Exception:
@@ -211,7 +211,7 @@ def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
 
     Returns `why`.
     """
-    _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
+    _write(target / page_of(record.name), manifest_page(record, why, _home(record, home)))
     return why
 
 

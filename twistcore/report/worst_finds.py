@@ -46,7 +46,7 @@ def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
     return figure_of(motion, after, report.chains, wanted, views)
 
 
-def drawn_with(report: Report, play: bool = False) -> Drawn:
+def draw_pictures(report: Report, play: bool = False) -> Drawn:
     """Draw the pictures for a clip's page and, if `play` is True, prepare the figure that plays."""
     figure = figure_of_worst(report, play)
     return draw_figures([figure])[0] if figure else Drawn()

@@ -176,7 +176,7 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
     return (same - chance) / (1.0 - chance) if chance < 1.0 else None
 
 
-def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
+def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
     """Pair the intervals of two reviews of a clip that may be the same.
 
     Two intervals form a pair if they have the same chain and kind and common frames. Pairs with the
@@ -196,7 +196,7 @@ def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedInte
     return (*pairs, *(PairedIntervals(None, j) for j in alone))
 
 
-def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
+def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
     """Return the second reviewer's decisions on all intervals that the first has left undecided.
 
     An interval keeps its id in the first review, or gets a new id from `new_id` on. Two kinds of

@@ -15,8 +15,8 @@ from twistcore.review.model import (
     ReviewState,
     Tracking,
     as_written,
-    carried_over,
     chain_places,
+    with_earlier_decisions,
 )
 from twistcore.review.overlaps import overlaps
 from twistcore.skeleton.rig import Rig
@@ -375,8 +375,8 @@ class CarryOver(Command):
         return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the earlier decisions, matched by :func:`carried_over`."""
-        return carried_over(self.earlier, state, same_clip=self.same_clip)
+        """Return the state with the earlier decisions (see :func:`with_earlier_decisions`)."""
+        return with_earlier_decisions(self.earlier, state, same_clip=self.same_clip)
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,7 +41,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
     return tuple(out)
 
 
-def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
+def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
     """Return the parts of `spans` that none of `others` covers, sorted."""
     out: list[Span] = []
     taken = joined_spans(others)

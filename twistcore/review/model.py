@@ -387,7 +387,7 @@ def same_offsets(one: Interval, other: Interval) -> bool:
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
-def levelled(interval: Interval, delta: float) -> Interval:
+def with_level(interval: Interval, delta: float) -> Interval:
     """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
     An interval with soft ends is scaled instead, so that its largest offset becomes `delta` and its
@@ -403,7 +403,7 @@ def flattened(interval: Interval) -> Interval:
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
-def following(interval: Interval, theta_p: Array) -> Interval:
+def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets that turn the parent's twist into a straight line.
 
     The offsets remove all variation of the twist, such as drift or jitter.
@@ -417,10 +417,12 @@ def following(interval: Interval, theta_p: Array) -> Interval:
     """
     if interval.frames >= len(theta_p):
         return interval
-    return interval.with_offset(interval.start, off_line(theta_p, interval.start, interval.stop))
+    return interval.with_offset(
+        interval.start, relative_to_neighbours(theta_p, interval.start, interval.stop)
+    )
 
 
-def off_line(theta: Array, start: int, stop: int) -> Array:
+def relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
     """Return the angles in [start, stop) relative to a line between the neighbouring frames.
 
     At an end of the clip, where one neighbour is missing, the line is horizontal. If the span is
@@ -444,7 +446,7 @@ def off_line(theta: Array, start: int, stop: int) -> Array:
     return wrap(theta[start:stop] - (before + wrap(behind - before) * share))
 
 
-def carried_over(
+def with_earlier_decisions(
     earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
@@ -516,7 +518,7 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
     return frozenset(out)
 
 
-def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
+def constant_interval(chain: str, start: int, stop: int, delta: float) -> Interval:
     """Return an interval with the offset `delta`, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

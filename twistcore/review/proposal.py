@@ -14,7 +14,7 @@ from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
 from twistcore.detection.stretches import find_stretches, roll_off, stretch_over
-from twistcore.review.model import constant, off_line
+from twistcore.review.model import constant_interval, relative_to_neighbours
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle, slerp
@@ -59,8 +59,8 @@ def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> I
 
     The offset is the level of θp inside, relative to the line between the frames before and after.
     """
-    level = median(off_line(signals.theta_p, start, stop))
-    return constant(chain, start, stop, level)
+    level = median(relative_to_neighbours(signals.theta_p, start, stop))
+    return constant_interval(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
@@ -80,10 +80,10 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 
 def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
     """Return a limb flip over [start, stop), with an offset as in :func:`proposed_flip`."""
-    level = circular_median(off_line(limb.swivel.angle, start, stop))
+    level = circular_median(relative_to_neighbours(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
-    flip = replace(constant(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
+    flip = replace(constant_interval(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
     return replace(flip, carried=limb.end_carried(start, flip.offset))
 
 
@@ -160,7 +160,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
             way = slerp(own[start - 1], own[stop], 0.5)
             off = float(geodesic_angle(own[(start + stop) // 2], way))
             return replace(
-                constant(jump.chain, start, stop, off),
+                constant_interval(jump.chain, start, stop, off),
                 open=True,
                 residual=off,
                 kind=Kind.SPIKE,

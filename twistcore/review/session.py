@@ -20,6 +20,7 @@ from twistcore.files.document_values import (
     DEGREES,
     above_zero,
     bytes_of,
+    errors_naming,
     flag,
     frames,
     has,
@@ -28,7 +29,6 @@ from twistcore.files.document_values import (
     parsed_json,
     path_text,
     read_each,
-    saying,
     text,
     texts,
     unexpected,
@@ -250,7 +250,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
     if not is_there(path):
         raise TwistError(f"{path}: expected a session file, but there is no such file")
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         if instead := found_instead(data, SESSION, JSON):
             raise FormatError(instead)
         session = session_from_document(parsed_json(data))

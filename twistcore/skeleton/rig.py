@@ -15,11 +15,11 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     bytes_of,
+    errors_naming,
     has,
     one_of,
     parsed_toml,
     read_each,
-    saying,
     shown_value,
     text,
     texts,
@@ -254,7 +254,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 def read_rig(path: Path) -> Rig:
     """Read a rig from a TOML file. Raises TwistError or FormatError if it is damaged."""
-    with saying(path):
+    with errors_naming(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
             raise FormatError(f"{_EXPECTED}; found {shown_value(unknown[0])}")

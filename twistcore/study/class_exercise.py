@@ -19,6 +19,7 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
     bytes_of,
+    errors_naming,
     frames,
     has,
     number,
@@ -26,7 +27,6 @@ from twistcore.files.document_values import (
     parsed_json,
     path_text,
     read_each,
-    saying,
     text,
     unexpected,
 )
@@ -86,7 +86,7 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 def read_exercise(path: Path) -> ClassExercise:
     """Return the exercise in a file. Raises TwistError if it is damaged."""
-    with saying(path):
+    with errors_naming(path):
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
         if not name or Path(name).name != name:
@@ -116,7 +116,7 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
 
 def read_handed_in(path: Path) -> HandedIn:
     """Return the student's answer in a file. Raises TwistError if it is damaged."""
-    with saying(path):
+    with errors_naming(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
         own = has(document["exercise"], "clip", "sha256", what="exercise")
@@ -153,7 +153,7 @@ def schema_of(path: Path) -> str:
 
     Raises TwistError if this program did not write the file.
     """
-    with saying(path):
+    with errors_naming(path):
         return str(_document(path)["schema"])
 
 

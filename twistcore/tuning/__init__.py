@@ -9,7 +9,7 @@
 `twistcore tune` and the window's tuning tab use this package.
 """
 
-from twistcore.tuning.cleaning import Verdicts, cleaned
+from twistcore.tuning.cleaning import Verdicts, without_known_errors
 from twistcore.tuning.clip_curves import ClipTuning, clip_curves, clip_tuning
 from twistcore.tuning.drawn_errors import DrawnErrors
 from twistcore.tuning.injected_curve import GRID, Span, tau_curve
@@ -28,7 +28,6 @@ __all__ = [
     "TauCurve",
     "Tuned",
     "Verdicts",
-    "cleaned",
     "clip_curves",
     "clip_tuning",
     "cost_of_all",
@@ -36,5 +35,6 @@ __all__ = [
     "shared_tau",
     "tau_curve",
     "tuned",
+    "without_known_errors",
     "write_profile",
 ]

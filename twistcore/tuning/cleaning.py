@@ -35,7 +35,7 @@ class Verdicts:
     natural: tuple[tuple[str, int, int], ...] = ()
 
 
-def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
+def without_known_errors(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     """Return the motion without the errors that a person accepted or the detector is certain of.
 
     A detection that overlaps one of the person's verdicts is ignored.
@@ -45,7 +45,7 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 
 
-def capture(motion: Motion) -> tuple[int, int]:
+def captured_span(motion: Motion) -> tuple[int, int]:
     """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
 
     A single T-pose in frame 0 remains, since it contains no blend.

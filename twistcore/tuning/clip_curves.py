@@ -19,7 +19,13 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig
-from twistcore.tuning.cleaning import AUDITOR, Verdicts, capture, cleaned, presumed_errors
+from twistcore.tuning.cleaning import (
+    AUDITOR,
+    Verdicts,
+    captured_span,
+    presumed_errors,
+    without_known_errors,
+)
 from twistcore.tuning.injected_curve import GRID, Span, tau_curve
 from twistcore.tuning.listed_intervals import ListCounts, list_counts
 from twistcore.tuning.tau_curve import TauCurve
@@ -122,9 +128,9 @@ def clip_tuning(
     """
     whole = analyse(motion, rig=rig)
     given = analyse(motion, whole.chains)
-    without = cleaned(given, verdicts)
+    without = without_known_errors(given, verdicts)
     presumed = presumed_errors(given, verdicts or Verdicts())
-    first, stop = capture(without)
+    first, stop = captured_span(without)
     chains = tuple(c for c in given.chains if not isinstance(c, Helper))
     if (first, stop) != (0, motion.frames):
         without = without.sliced(first, stop)

@@ -60,7 +60,7 @@ class LearnedConfidence:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class ConfidenceVerdicts:
     """The verdicts on n intervals that a detector listed.
 
     Parameters
@@ -80,9 +80,9 @@ class Seen:
     def __len__(self) -> int:
         return len(self.confidence)
 
-    def __getitem__(self, at: Mask) -> Seen:
+    def __getitem__(self, at: Mask) -> ConfidenceVerdicts:
         """Return the verdicts selected by an index or mask."""
-        return Seen(self.confidence[at], self.accepted[at], self.clip[at])
+        return ConfidenceVerdicts(self.confidence[at], self.accepted[at], self.clip[at])
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Reliability:
     error: float
 
 
-def seen(clips: Iterable[JudgedClip]) -> Seen:
+def verdicts_with_confidence(clips: Iterable[JudgedClip]) -> ConfidenceVerdicts:
     """Return the verdicts on all intervals for which the detector gives a confidence."""
     rows = [
         (v.confidence, v.error, k)
@@ -133,10 +133,10 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
         if v.confidence is not None
     ]
     columns = np.array(rows, dtype=float).reshape(-1, 3).T
-    return Seen(columns[0], columns[1] > 0.5, columns[2])
+    return ConfidenceVerdicts(columns[0], columns[1] > 0.5, columns[2])
 
 
-def learned(given: Seen) -> LearnedConfidence:
+def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
     """Return the learned confidence that is most likely given the verdicts.
 
     Without verdicts, the built-in parameters are returned.
@@ -157,7 +157,7 @@ def learned(given: Seen) -> LearnedConfidence:
     return LearnedConfidence(float(shift), math.exp(log_scale), accepted, len(given) - accepted)
 
 
-def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
+def held_out_confidence(given: ConfidenceVerdicts, folds: int = FOLDS, seed: int = 0) -> Array:
     """Return the learned confidence of each interval, fitted without the verdicts on its clip.
 
     The result has the shape (n,). The clips are left out in `folds` groups, or one by one if there
@@ -172,7 +172,7 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
     out = np.array(given.confidence, dtype=float)
     for fold in range(min(folds, len(names))):
         apart = np.isin(group, names[fold::folds])
-        out[apart] = learned(given[~apart]).of(given.confidence[apart])
+        out[apart] = fit_confidence(given[~apart]).of(given.confidence[apart])
     return out
 
 

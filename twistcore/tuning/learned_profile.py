@@ -14,10 +14,10 @@ from twistcore.tuning.learned_confidence import (
     ENOUGH,
     LearnedConfidence,
     Reliability,
-    held_out,
-    learned,
+    fit_confidence,
+    held_out_confidence,
     reliability,
-    seen,
+    verdicts_with_confidence,
 )
 from twistcore.tuning.profile import Profile, TauReasons, write_profile
 from twistcore.tuning.tau_curve import Tuned
@@ -92,11 +92,15 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
         own = chain.own if chain and chain.apart and chain.own else found.common
         reasons[name] = TauReasons(errors, natural, math.degrees(own.low), math.degrees(own.high))
     tau = {name: found.tau(name) or found.common.tau for name in names}
-    confidence, before, after = learned_from(clips)
+    confidence, before, after = fit_with_reliability(clips)
     methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
     profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
     apart = {c.chain for c in found.chains if c.apart}
-    apart_by = "clips" if len(np.unique(seen(clips).clip)) > 1 else "verdicts of the only clip"
+    apart_by = (
+        "clips"
+        if len(np.unique(verdicts_with_confidence(clips).clip)) > 1
+        else "verdicts of the only clip"
+    )
     return LearnedProfile(profile, reasons, apart, before, after, apart_by)
 
 
@@ -107,7 +111,7 @@ def _only(values: set[str]) -> str:
     return next(iter(values)) if len(values) == 1 else ""
 
 
-def learned_from(
+def fit_with_reliability(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
     """Return the learned confidence, and its reliability before and after learning.
@@ -115,8 +119,8 @@ def learned_from(
     All three are None if there are too few verdicts. The reliability after learning is measured on
     clips, or on parts of a single clip, that were not used for learning.
     """
-    given = seen(clips)
+    given = verdicts_with_confidence(clips)
     if len(given) < ENOUGH:
         return None, None, None
     before = reliability(given.confidence, given.accepted)
-    return learned(given), before, reliability(held_out(given), given.accepted)
+    return fit_confidence(given), before, reliability(held_out_confidence(given), given.accepted)

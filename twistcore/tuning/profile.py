@@ -12,11 +12,11 @@ from twistcore.errors import FormatError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     bytes_of,
+    errors_naming,
     has,
     number,
     one_of,
     parsed_toml,
-    saying,
     shown_value,
     text,
     unexpected,
@@ -150,7 +150,7 @@ def _shared_lines(whose: Profile | None) -> list[str]:
 def read_profile(path: Path) -> Profile:
     """Read a profile, a TOML file with tau_deg in the table of each chain. Raises TwistError."""
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         return _profile(parsed_toml(data))
 
 

@@ -16,7 +16,7 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.interval import Interval, Kind
 from twistcore.review.model import APPLIED, Decision, ReviewState
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning.learned_confidence import Seen, learned
+from twistcore.tuning.learned_confidence import ConfidenceVerdicts, fit_confidence
 from twistcore.tuning.verdict_curve import wilson
 from twistcore.work.frozen import dataclass
 
@@ -136,7 +136,7 @@ def stated_precision(
     if count < least or not left:
         return None
     accepted = np.array([v for v in verdicts if v is not None], dtype=bool)
-    adjusted = learned(Seen(confidence[known], accepted, np.zeros(count)))
+    adjusted = fit_confidence(ConfidenceVerdicts(confidence[known], accepted, np.zeros(count)))
     share = float(adjusted.of(confidence[~known]).mean())
     # Both the judged and the remaining corrections are finite samples of all such corrections.
     size = 1.0 / (1.0 / count + 1.0 / left)

@@ -295,7 +295,7 @@ def found_by_tau(
 # -- verdicts in files --------------------------------------------------------------------------
 
 
-def judged_in(
+def read_judged_clip(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
     """Read a clip and a session, and return the verdicts.

@@ -30,10 +30,12 @@ def severity(found: Detection) -> float:
     counts more than a small, uncertain error in many frames.
     """
     motion, of = found.analysis.motion, found.analysis.chain
-    return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
+    return severity_of_intervals(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
 
 
-def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float) -> float:
+def severity_of_intervals(
+    finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float
+) -> float:
     """Return the severity, in degrees, of intervals with their chains.
 
     `frames` is the clip's number of frames, and `fps` is its frame rate.
@@ -71,7 +73,7 @@ def percent_affected(affected: int, frames: int) -> float:
     return 100.0 * affected / frames if frames else 0.0
 
 
-def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
+def unexamined_limb_sentences(result: Mapping[str, Any]) -> tuple[str, ...]:
     """Return a sentence for each limb in a result that no chain examines.
 
     An example is 'left arm of B not examined: …'.
