@@ -1,4 +1,4 @@
-"""The command line and the table of benchmarks that draw frames of a copied clip."""
+"""Provide the command line and the table of benchmarks that draw frames of a clip."""
 
 from __future__ import annotations
 
@@ -19,12 +19,18 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of the clip and print a table. Return 1 if it misses a target, else 0.
+    """Measure a copy of a clip, print a table, and return the exit code, 1 if a target is missed.
 
-    - about: the description in the command's help
-    - clip, frames: the default values of the options
-    - measure: a function that returns the numbers
-    - is_good: a function that returns True if the numbers meet the targets
+    Parameters
+    ----------
+    about
+        The description in the command's help.
+    clip, frames
+        The default values of the options.
+    measure
+        A function that returns the results.
+    is_good
+        A function that returns True if the results meet the targets.
     """
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--clip", type=Path, default=clip)

@@ -1,6 +1,7 @@
 """Find impossible limb motion from the global positions and orientations of joints.
 
-The judge :mod:`benchmarks.real_flips` uses this geometry, but the detectors do not.
+A limb's joints are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. The judge
+:mod:`benchmarks.real_flips` uses this module. It does not use any code of the detectors.
 """
 
 from __future__ import annotations
@@ -17,25 +18,32 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 
 Array = NDArray[np.float64]
 
-FASTEST = 7500.0  # degrees per second: no segment of a body turns faster about its own axis
+FASTEST = 7500.0  # degrees per second, faster than any body segment turns about its own axis
 LEAST, LEAST_SLOW, SLOW = (
     60.0,
     120.0,
     50.0,
 )  # degrees per frame; LEAST_SLOW applies below SLOW frames per second
-BENT = 0.05  # of the limb's length: distance of C from the line
-STILL = 0.12  # of the limb's length: motion of E relative to P in a frame
-BACKWARD = 110.0  # degrees from the limb's own side
+BENT = 0.05  # minimum distance of C from the line P-E in a bent limb, as a share of its length
+STILL = 0.12  # maximum motion of E relative to P in a frame, as a share of the limb's length
+BACKWARD = 110.0  # minimum angle in degrees from the limb's usual side
 FIRST = 2  # the first frame examined for a jump
-ALIKE = 0.3  # of the longer bone: least length of the shorter one, without known names
+ALIKE = 0.3  # minimum ratio of the bones' lengths in a limb without known names
 TINY = 1e-12
 
 
 @dataclass(frozen=True)
 class Limb:
-    """Indices of a limb's joints: hip, knee and ankle, or shoulder, elbow and wrist.
+    """The joints of an arm or leg.
 
-    leg: True if the limb is a leg according to its name.
+    Attributes
+    ----------
+    name
+        Name of the first joint.
+    p, c, e
+        Indices of hip, knee and ankle, or of shoulder, elbow and wrist.
+    leg
+        True if the limb is a leg according to its name.
     """
 
     name: str
@@ -47,7 +55,17 @@ class Limb:
 
 @dataclass(frozen=True)
 class Jump:
-    """A rotation of a limb or joint by `degrees` from the previous frame to `frame`."""
+    """A rotation of a limb or joint in one frame.
+
+    Attributes
+    ----------
+    of
+        Name of the limb or joint.
+    frame
+        The frame after the rotation.
+    degrees
+        The angle.
+    """
 
     of: str
     frame: int
@@ -58,7 +76,14 @@ class Jump:
 class Pose:
     """A motion in world coordinates.
 
-    Orientations have the shape (frames, joints, 3, 3), and positions (frames, joints, 3).
+    Attributes
+    ----------
+    motion
+        The motion.
+    turned
+        Orientations of the joints, rotation matrices of shape (frames, joints, 3, 3).
+    at
+        Positions of the joints, shape (frames, joints, 3).
     """
 
     motion: Motion
@@ -74,9 +99,9 @@ def pose(motion: Motion) -> Pose:
 
 
 def find(motion: Motion) -> tuple[Limb, ...]:
-    """Find arms and legs by name.
+    """Find the arms and legs of a skeleton by name.
 
-    If no name is known, find chains of two bones of similar length.
+    If no name is known, each two consecutive bones of similar length are a limb.
     """
     names = motion.skeleton.names
     chains = find_chains(motion)
@@ -99,11 +124,22 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Return the angles, in degrees, by which `side` turned about `line` since the previous frame.
+    """Return the angle in degrees by which a direction turned about a line in each frame.
 
-    `line` has directions, (frames, 3), and `side` directions perpendicular to them. The result is
-    (frames,), with 0 in the first frame. The previous side is first rotated by the smallest
-    rotation from the previous line to the current one.
+    The previous direction is first rotated by the smallest rotation from the previous line to the
+    current one.
+
+    Parameters
+    ----------
+    line : array, shape (frames, 3)
+        Unit directions of the line.
+    side : array, shape (frames, 3)
+        Directions perpendicular to the line.
+
+    Returns
+    -------
+    array, shape (frames,)
+        0 in the first frame.
     """
     a, b = line[:-1], line[1:]
     axis, cos = np.cross(a, b), _dot(a, b)
@@ -118,19 +154,19 @@ def turns(line: Array, side: Array) -> Array:
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
     """Return the direction from P to E, and the component of C perpendicular to it.
 
-    Both have the shape (frames, 3).
+    `c` and `e` are the positions of C and E relative to P. All arrays have the shape (frames, 3).
     """
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
 
 
 def most(fps: float) -> float:
-    """Return the largest angle, in degrees, that a body segment can turn in one frame."""
+    """Return the largest angle, in degrees, by which a body segment can turn in one frame."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return the jumps of a limb's swivel that are too fast for a body."""
+    """Return the rotations of a limb about the line P-E that are too fast for a body."""
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -141,9 +177,10 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the median direction from the limb's line to C in the frame of P's parent, (3,).
+    """Return the usual side of C, shape (3,): the median direction from the line P-E to C.
 
-    To exclude flips, the median is repeated over the frames that agree with the previous one.
+    The direction is in the coordinates of P's parent. To exclude flips, the median is repeated over
+    the frames that agree with the previous median.
     """
     _, side, _ = _in_parent(world, limb)
     side = unit(side)
@@ -158,7 +195,7 @@ def own_side(world: Pose, limb: Limb) -> Array:
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
     """Return the frames in which C is on the wrong side of the limb.
 
-    `own` is the usual side, the result of :func:`own_side`.
+    `own` is the usual side, from :func:`own_side`.
     """
     line, side, length = _in_parent(world, limb)
     ahead = own - (line @ own)[:, None] * line
@@ -169,9 +206,9 @@ def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
 
 
 def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
-    """Return impossible rotations of joints about their bones.
+    """Return the rotations of joints about their own bones that are too fast for a body.
 
-    Only the limbs' first joints and all joints below them are examined.
+    Only the first joints of the limbs and all joints below them are examined.
     """
     skeleton = world.motion.skeleton
     below = {limb.p for limb in limbs}
@@ -194,10 +231,10 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 
 
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Return the joints' largest displacement as a share of the height.
+    """Return the largest displacement of the given joints, as a share of the body height.
 
-    The result is 0 if rounding can explain the displacement. Rounding turns each joint above by at
-    most half of the last decimal in each of its three channels.
+    The result is 0 if rounding to `decimals` can explain the displacement. Rounding rotates each
+    joint above by at most half of the last decimal in each of its three channels.
     """
     parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
     rounding = 1.5 * np.radians(10.0**-decimals)
@@ -222,20 +259,20 @@ def _length(v: Array) -> Array:
 
 
 def unit(v: Array) -> Array:
-    """Return vectors (…, 3) scaled to length 1."""
+    """Return vectors, shape (…, 3), scaled to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
 
 
 def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return C and E relative to P in world coordinates, and the length of the limb."""
+    """Return C and E relative to P in world coordinates, (frames, 3), and the limb's length."""
     c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
     return c, e, float((_length(c) + _length(e - c)).mean())
 
 
 def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return the direction of the line, the side of C and the limb's length.
+    """Return the direction from P to E, the side of C, and the limb's length.
 
-    The directions are in the frame of P's parent.
+    The directions have the shape (frames, 3) and are in the coordinates of P's parent.
     """
     c, e, length = _from_p(world, limb)
     parent = int(world.motion.skeleton.parents[limb.p])
@@ -245,7 +282,7 @@ def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
 
 
 def _bone(motion: Motion, joint: int) -> Array | None:
-    """Return the direction of a joint's bone in the joint's frame, (frames, 3), or None."""
+    """Return the direction of a joint's bone in the joint's coordinates, (frames, 3), or None."""
     skeleton = motion.skeleton
     ends = [motion.translation(child) for child in skeleton.children[joint]]
     ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]

@@ -1,10 +1,14 @@
-"""Try mutants for benchmarks/mutation.py: test each one in a forked process.
+"""Test each mutant of benchmarks/mutation.py in a forked process.
 
-One process imports the tests of a module and forks for each mutant. The child process replaces the
-code of functions and runs the tests that reach them. In two cases, the mutant is tried again in a
-child that imports the changed module from scratch: if replacing functions has no effect, as for a
-constant, or if the mutant survives although importing the tests also ran the function. Other
-programs that tests start see the unchanged code.
+A mutant is a copy of a module with one small change. One process imports the tests of the module
+and forks for each mutant. The child process replaces the code of functions and runs the tests that
+reach them. In two cases, the mutant is tested again in a child that imports the changed module from
+scratch:
+
+- Replacing functions had no effect, for example because a constant was changed.
+- The mutant survived, but its function also runs when the tests are imported.
+
+Other programs that tests start run the unchanged code.
 """
 
 from __future__ import annotations
@@ -29,7 +33,7 @@ from types import CodeType, FunctionType, ModuleType
 
 import coverage
 import hypothesis
-import numpy as np  # noqa: F401  every child needs these four
+import numpy as np  # noqa: F401  imported here so that children need not import these four
 import pytest
 import scipy.stats  # noqa: F401
 
@@ -37,12 +41,12 @@ from benchmarks._mutants import Mutant
 
 SHARED = "fixtures of more than one test"
 Trial = Callable[[Mutant, Sequence[str]], Callable[[], int]]
-AFRESH = 77  # exit status of a child that could not change the imported code
+AFRESH = 77  # exit status of a child in which replacing functions had no effect
 SAID = "said.txt"
 MEMORY = 2 * 1024**3
 
 hypothesis.settings.register_profile(
-    "mutation",  # the same examples for each mutant; shrinking has no use here
+    "mutation",  # the same examples for each mutant, and no shrinking
     database=None,
     deadline=None,
     derandomize=True,
@@ -52,10 +56,17 @@ hypothesis.settings.register_profile(
 
 @dataclass(frozen=True)
 class Tests:
-    """The tests that reach each line of a file, and their durations.
+    """The tests of a module, with the lines that they reach and their durations.
 
-    - reached: the names of tests, keyed by line; SHARED and "" (on import) may be among them
-    - seconds: the processor time of each test, keyed by name
+    Attributes
+    ----------
+    files
+        The test files.
+    reached
+        The names of the tests that reach each line, keyed by line. The names may include SHARED,
+        and "" for a line that runs on import.
+    seconds
+        The processor time of each test, keyed by name.
     """
 
     files: tuple[str, ...]
@@ -66,7 +77,7 @@ class Tests:
         """Return the tests that may detect a mutant, the fastest first.
 
         For a line that runs on import (a constant or a default value), these are the tests that run
-        its function, or all tests if the line is outside functions.
+        the enclosing function, or all tests if the line is outside functions.
         """
         names = self._within(mutant.lines) - {""}
         if not names and mutant.function:
@@ -80,11 +91,11 @@ class Tests:
         return (*quick, *others)
 
     def on_import(self, lines: tuple[int, int]) -> bool:
-        """True if any of these lines ran outside tests."""
+        """Return True if any of the lines from `lines[0]` to `lines[1]` ran outside tests."""
         return "" in self._within(lines)
 
     def limit(self, name: str) -> float:
-        """Return the limit for a test, including its fixtures, in seconds of processor time."""
+        """Return the time limit for a test and its fixtures, in seconds of processor time."""
         return 3.0 + 4.0 * self.seconds[name]
 
     def _within(self, lines: tuple[int, int]) -> set[str]:
@@ -92,9 +103,9 @@ class Tests:
 
 
 def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
-    """Run all tests once without a mutant. Leave out tests that take more than `slowest` seconds.
+    """Run all tests once without a mutant, and record the lines that they reach.
 
-    Raise ValueError if a test fails.
+    Tests that take more than `slowest` seconds are left out. Raises ValueError if a test fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.json"
@@ -113,7 +124,10 @@ def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
 def outcomes(
     mutants: Sequence[Mutant], tests: Tests, jobs: int = 1
 ) -> Iterator[tuple[Mutant, str]]:
-    """Yield each mutant with "killed", "survived" or "timeout" as soon as its tests end."""
+    """Yield each mutant with "killed", "survived" or "timeout" as soon as its tests end.
+
+    `jobs` is the number of mutants that are tested at the same time.
+    """
     afresh = [m for m in mutants if not m.function]
     in_place = [m for m in mutants if m.function]
     if in_place:
@@ -160,7 +174,10 @@ def _tried(
 
 
 def _next(running: Mapping[int, float]) -> tuple[int, int]:
-    """Wait for a child process to end. Return it with its status. Children that hang are killed."""
+    """Wait until a child process ends, and return its id and status. Kill children that hang.
+
+    `running` has the time at which each child is killed, keyed by id.
+    """
     while True:
         for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
@@ -199,7 +216,7 @@ def _start(action: Callable[[], int], folder: Path) -> int:
     except BaseException:
         os.write(2, traceback.format_exc().encode())
     finally:
-        os._exit(code)  # after any exception: the parent's code must not continue here
+        os._exit(code)  # even after an exception, so that the parent's code does not run here
 
 
 def _trial(mutant: Mutant, tests: Tests, chosen: Sequence[str]) -> Callable[[], int]:
@@ -222,8 +239,8 @@ def _run(files: Sequence[str], plugin: object) -> int:
 def changed_in_place(name: str, source: str) -> bool:
     """Replace the code of an imported module's functions by their code in another source.
 
-    Return False if no function differs, so that the change must be outside functions. Raise any
-    error that occurs during the import.
+    Returns False if no function differs, which means that the change is outside functions. Raises
+    any exception that occurs when the source is run.
     """
     module = sys.modules.get(name)
     if module is None:
@@ -244,7 +261,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """True if two code objects do the same. (== also compares whether they have been run.)"""
+    """Return True if two code objects do the same. (== also compares whether they have run.)"""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
@@ -256,7 +273,7 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the functions and methods of a module, including decorated ones, with their names."""
+    """Yield the functions and methods of a module with their names, including decorated ones."""
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
             inner = getattr(thing, name, None) if name else thing
@@ -271,12 +288,12 @@ def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, 
 
 
 def module_name(path: Path) -> str:
-    """Return the module name of a path from the root of the checkout."""
+    """Return the name of the module at a path, which is relative to the root of the checkout."""
     return ".".join(path.with_suffix("").parts)
 
 
 class _Instead(importlib.abc.MetaPathFinder):
-    """An import hook that loads one module from changed source."""
+    """An import hook that loads one module from changed source code."""
 
     def __init__(self, path: Path, source: str) -> None:
         self.name = module_name(path)
@@ -300,7 +317,7 @@ class _Loader(importlib.machinery.SourceFileLoader):
 
 
 class _Limited:
-    """A pytest plugin that ends the process if a test takes too long."""
+    """A pytest plugin that ends the process if a test exceeds its time limit."""
 
     def __init__(self, tests: Tests) -> None:
         self.tests = tests
@@ -327,7 +344,7 @@ class _Chosen(_Limited):
 class _Served(_Limited):
     """A pytest plugin that forks for each mutant instead of running the tests.
 
-    It reports the outcome for each mutant.
+    The outcome for each mutant is written to the file descriptor `tell`.
     """
 
     def __init__(self, mutants: Sequence[Mutant], tests: Tests, jobs: int, tell: int) -> None:
@@ -373,10 +390,10 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """A pytest plugin that records the duration of each test, and the running test for coverage.
+    """A pytest plugin that records the duration of each test, and the lines that it reaches.
 
-    Caches filled by the previous test (functools.cache) are cleared, because they would hide lines
-    that the next test also needs.
+    Caches of the module (functools.cache) are cleared before each test, because a filled cache
+    hides lines that the test needs.
     """
 
     def __init__(self, traced: coverage.Coverage, module: str) -> None:

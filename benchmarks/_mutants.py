@@ -1,8 +1,8 @@
-"""Make the mutants of a module with mutmut's operators, for benchmarks/mutation.py.
+"""Create the mutants of a module with mutmut's operators, for benchmarks/mutation.py.
 
-Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
-of a module. Each mutant is a whole source file, so nothing needs to be wrapped. Sentences (strings
-with a blank) are not changed, because tests should not fix the wording.
+Unlike mutmut's own command, this module also mutates properties, other decorated functions, and
+constants outside functions. Each mutant is a whole source file. Strings with a blank are not
+changed, because tests should not depend on the wording of sentences.
 """
 
 from __future__ import annotations
@@ -21,12 +21,20 @@ from mutmut.mutation.pragma_handling import IgnoredCode
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one file.
+    """One change of a source file.
 
-    - lines: the first and last line of the change, counted from 1
-    - function: the first and last line of the enclosing function's body, None outside functions
-    - change: the old and the new code
-    - source: a function that returns the whole changed file
+    Attributes
+    ----------
+    path
+        The file.
+    lines
+        The first and last line of the change, counted from 1.
+    function
+        The first and last line of the enclosing function's body, or None outside functions.
+    change
+        The old and the new code, as text.
+    source
+        A function that returns the source code of the whole changed file.
     """
 
     path: Path
@@ -41,7 +49,7 @@ class Mutant:
 
 class _Visitor(MutationVisitor):
     def _skip_node_and_children(self, node: cst.CSTNode) -> bool:
-        if isinstance(node, cst.FunctionDef):  # also decorated ones
+        if isinstance(node, cst.FunctionDef):  # including decorated functions
             return False
         if isinstance(node, cst.SimpleString):
             return " " in node.value
@@ -49,7 +57,7 @@ class _Visitor(MutationVisitor):
 
 
 def mutants_of(path: Path) -> list[Mutant]:
-    """Return every mutant of a Python file, ordered by line."""
+    """Return all mutants of a Python file, sorted by line."""
     wrapper = MetadataWrapper(cst.parse_module(path.read_text(encoding="utf-8")))
     visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
     wrapper.visit(visitor)
@@ -68,7 +76,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             _text(wrapper.module, n) for n in (mutation.original_node, mutation.mutated_node)
         )
         if old != new:
-            function = max(around)[1:] if around else None  # the innermost, which begins last
+            function = max(around)[1:] if around else None  # the innermost function begins last
             source = partial(_changed, wrapper.module, mutation)
             made.append(Mutant(path, lines, function, _shown(old, new), source))
     return sorted(made, key=lambda mutant: (mutant.lines, mutant.change))
@@ -80,7 +88,10 @@ def _changed(module: cst.Module, mutation: Mutation) -> str:
 
 
 def _shown(old: str, new: str, around: int = 24) -> str:
-    """Return two texts without their common ends, except for `around` characters of context."""
+    """Return the old and the new code as text, without the parts that are equal.
+
+    At each end, `around` equal characters remain for context.
+    """
     begin = max(_alike(old, new) - around, 0)
     end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
     first, last = ("… " if begin else ""), (" …" if end else "")
@@ -104,9 +115,9 @@ def _below(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 
 
 def files_of(names: Iterable[str]) -> list[Path]:
-    """Return the Python files with these names, and all files in the folders with these names.
+    """Return the Python files with these names, and all Python files in folders with these names.
 
-    Raise ValueError for any other name.
+    Raises ValueError for any other name.
     """
     found: list[Path] = []
     for name in map(Path, names):

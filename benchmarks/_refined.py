@@ -1,4 +1,4 @@
-"""Correct a clip in the same way as `twistcore refine`. Several benchmarks use this module."""
+"""Correct a clip with `twistcore refine`, for several benchmarks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from pathlib import Path
 from twistcore.cli import main as twistcore
 from twistcore.errors import TwistError
 
-EVERYTHING = ("--min-confidence", "0", "--include-open")  # as if all finds were accepted
+EVERYTHING = ("--min-confidence", "0", "--include-open")  # options to correct all detections
 
 
 def refine_file(path: Path, output: Path, *words: str) -> None:
-    """Write the corrected clip to `output`. Raise TwistError if it cannot be corrected."""
+    """Write the corrected clip to `output`. Raises TwistError if it cannot be corrected.
+
+    `words` are further options of the command.
+    """
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         status = twistcore(["refine", str(path.resolve()), "-o", str(output), *words])

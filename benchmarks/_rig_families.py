@@ -1,4 +1,4 @@
-"""The rigs for `benchmarks.rigs`, with names and hierarchies taken from public rigs.
+"""Define the rigs for `benchmarks.rigs`, with names and hierarchies of public rigs.
 
 The positions of pieces and helpers along a bone, and their shares of the roll, are our choice,
 because no two exported files agree on them.
@@ -274,7 +274,7 @@ _IN_THREE = (
 
 
 def _fingers(hand: str, *fingers: str, marks: str = "12") -> tuple[Helper, ...]:
-    """Return two joints per finger. The '#' in the names is replaced by the mark of each finger."""
+    """Return two joints for each finger. The '#' in a name is replaced by one of the `marks`."""
     across = [0.5 - k / max(len(fingers) - 1, 1) for k in range(len(fingers))]
     found = []
     for finger, aside in zip(fingers, across, strict=True):

@@ -1,4 +1,4 @@
-"""Build common rigs from CMU motion: another skeleton with joints at the same positions.
+"""Convert CMU motion to other common rigs, whose joints are at the same positions.
 
 A rig renames the joints of CMU's skeleton, divides bones into pieces that share the roll of the
 bone, and adds helpers: twist bones next to the chain, fingers and props.
@@ -22,10 +22,10 @@ from twistcore.skeleton.rotation import (
     twist_angle,
 )
 
-# CMU's names of trunk joints, and of side joints after 'Left' or 'Right'.
+# CMU's names of the trunk's joints, and of the limbs' joints without 'Left' or 'Right'.
 TRUNK = ("Hips", "LowerBack", "Spine", "Spine1", "Neck", "Neck1", "Head")
 LIMBS = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
-# The joint below each bone that is divided or has helpers.
+# The joint at the end of each bone that may be divided or have helpers.
 BELOW = {
     "Shoulder": "Arm",
     "Arm": "ForeArm",
@@ -36,7 +36,7 @@ BELOW = {
     "Foot": "ToeBase",
 }
 CHAINED = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")  # bones with a chain
-# Bones whose last piece takes over roll of the joint below, as in pronation of the forearm.
+# Bones whose pieces have some roll of the joint below, as in pronation of the forearm.
 ROLLED = ("ForeArm", "Leg")
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _STILL = 1e-9  # radians
@@ -46,13 +46,22 @@ _STILL = 1e-9  # radians
 class Helper:
     """An additional joint that is not part of any chain.
 
-    - name, parent: names, with {s} for the side
-    - bone: the bone in LIMBS that gives the helper its direction and roll
-    - at: the distance from the parent, as a share of the bone's length
-    - aside: the perpendicular distance, as a share of the bone's length
-    - undo: the share of the bone's roll that the helper undoes
-    - follow: the share of the next joint's roll that the helper follows
-    - bend: the share of the next joint's whole rotation that the helper follows
+    Attributes
+    ----------
+    name, parent
+        Names of the helper and of its parent, with {s} for the side.
+    bone
+        The bone in LIMBS that gives the helper its direction and roll.
+    at
+        The distance from the parent along the bone, as a share of the bone's length.
+    aside
+        The distance perpendicular to the bone, as a share of the bone's length.
+    undo
+        The share of the bone's roll that the helper undoes.
+    follow
+        The share of the next joint's roll that the helper follows.
+    bend
+        The share of the next joint's whole rotation that the helper follows.
     """
 
     name: str
@@ -67,16 +76,29 @@ class Helper:
 
 @dataclass(frozen=True)
 class Rig:
-    """A family of rigs. Joints with {s} in their names exist on both sides.
+    """A rig. Joints with {s} in their names exist on both sides.
 
-    - trunk: names for TRUNK, fewer if the head has fewer joints
-    - limbs: names for LIMBS, several for a bone in pieces
-    - sides: the values of {s}
-    - pelvis: the name of a joint between the first joint and the legs
-    - share: the share of a bone's roll in its first piece, and the share of the next joint's roll
-      that the last piece does not have
-    - source: the origin of the names and the hierarchy
-    - as_is: True for the rig of CMU itself
+    Attributes
+    ----------
+    name, group
+        Name of the rig and of its group in the table.
+    trunk
+        Names for the joints in TRUNK, fewer if the head has fewer joints.
+    limbs
+        Names for the joints in LIMBS. A bone in pieces has several names.
+    sides
+        The two values of {s}.
+    helpers
+        The helpers. A parent comes before its children.
+    pelvis
+        Name of a joint between the first joint and the legs, or ''.
+    share
+        The share of a bone's roll in its first piece. The last piece lacks the same share of the
+        next joint's roll.
+    source
+        The origin of the names and the hierarchy.
+    as_is
+        True for the rig of CMU itself.
     """
 
     name: str
@@ -92,11 +114,14 @@ class Rig:
 
     @property
     def in_pieces(self) -> bool:
-        """True if any bone of the rig is divided into pieces."""
+        """Whether any bone of the rig is divided into pieces."""
         return any(not isinstance(names, str) for names in self.limbs)
 
     def pieces(self, role: str, side: int) -> tuple[str, ...]:
-        """Return the names of a bone's joints on a side (0 or 1), starting with the first piece."""
+        """Return the names of a bone's pieces on a side (0 or 1), from the first piece to the last.
+
+        `role` is the bone's name in LIMBS.
+        """
         names = self.limbs[LIMBS.index(role)]
         names = (names,) if isinstance(names, str) else names
         return tuple(name.format(s=self.sides[side]) for name in names)
@@ -125,7 +150,7 @@ class _Making:
 
 
 def rigged(motion: Motion, rig: Rig) -> Motion:
-    """Return the motion of a CMU clip on another rig.
+    """Convert the motion of a CMU clip to another rig.
 
     Joints that both rigs have are at the same positions.
     """
@@ -140,7 +165,7 @@ def rigged(motion: Motion, rig: Rig) -> Motion:
 
 
 def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
-    """Return the CMU names of the joints that a rig and CMU share, keyed by the rig's names."""
+    """Return the CMU names of the joints that a rig shares with CMU, keyed by the rig's names."""
     found = {name: cmu for cmu, name in zip(TRUNK, rig.trunk, strict=False)}
     for side, long in enumerate(("Left", "Right")):
         found |= {rig.pieces(role, side)[0]: long + role for role in LIMBS}
@@ -148,9 +173,9 @@ def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
 
 
 def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array | None) -> None:
-    """Create a joint of CMU's rig, its pieces and helpers, and all joints below it.
+    """Create the joints of the new rig for a CMU joint and for all joints below it.
 
-    `turn` is the part of its rotation that the pieces of its parent's bone have, or None.
+    `turn` is the part of the joint's rotation that the pieces of its parent's bone have, or None.
     """
     skeleton, rig = made.motion.skeleton, made.rig
     cmu = skeleton.names[joint]
@@ -189,7 +214,8 @@ def _bone(
 ) -> tuple[int, dict[int, Array]]:
     """Create the pieces and helpers of a bone.
 
-    Return the last piece, and the rotations that its children must undo.
+    Returns the index of the last piece, and the rotations that its children must undo, keyed by the
+    child's index.
     """
     motion, rig = made.motion, made.rig
     skeleton = motion.skeleton
@@ -217,7 +243,7 @@ def _bone(
 
 
 def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = -1) -> None:
-    """Create the helpers of a bone in order. A parent must come before its children."""
+    """Create the helpers of a bone in order."""
     motion = made.motion
     if np.linalg.norm(bone) < _STILL:
         return
@@ -250,7 +276,10 @@ def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = 
 
 
 def _role(cmu: str) -> tuple[int, str]:
-    """Return the side (0 or 1) and the role of a CMU joint, such as (0, 'Arm') for 'LeftArm'."""
+    """Return the side (0 or 1) and the role of a CMU joint, such as (0, 'Arm') for 'LeftArm'.
+
+    The role is '' for a joint of the trunk.
+    """
     for side, word in enumerate(("Left", "Right")):
         if cmu.startswith(word):
             return side, cmu.removeprefix(word)
@@ -258,21 +287,22 @@ def _role(cmu: str) -> tuple[int, str]:
 
 
 def _child(skeleton: Skeleton, joint: int, role: str) -> int:
-    """Return the index of the joint at the other end of a CMU bone, or −1."""
+    """Return the index of the joint at the end of a CMU bone, or −1 if there is none."""
     side = skeleton.names[joint].removesuffix(role)
     name = side + BELOW.get(role, "")
     return skeleton.names.index(name) if role in BELOW and name in skeleton.names else -1
 
 
 def _roll(q: Array, axis: Array) -> Array:
-    """Return the twist about an axis in radians, (frames,), without jumps by a whole turn."""
+    """Return the twist about an axis in radians, (frames,), unwrapped."""
     return np.unwrap(twist_angle(q, axis))
 
 
 def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int]]:
-    """Return P and C of each limb bone, for injecting errors, keyed by the bone's side and role.
+    """Return the joints into which errors are injected, keyed by the bone's side and role.
 
-    P is the parent of C. In a bone with several pieces, P is the last piece.
+    Each value is the index of a joint C at the end of a limb's bone and, before it, of its parent
+    P. In a bone with several pieces, P is the last piece.
     """
     skeleton = motion.skeleton
     pairs = {}
@@ -284,7 +314,7 @@ def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int
 
 
 def piece_pairs(motion: Motion, rig: Rig) -> list[tuple[tuple[int, int], tuple[int, bool]]]:
-    """Return each two neighbouring pieces of a bone as P and C, with the bone's limb."""
+    """Return the indices of each two neighbouring pieces of a bone, with the bone's limb."""
     index = motion.skeleton.index
     found = []
     for side in (0, 1):

@@ -1,4 +1,4 @@
-"""Count what the program keeps alive: memory, files, threads, widgets, clips and reviews."""
+"""Count the objects that the program keeps: memory, files, threads, widgets, clips and reviews."""
 
 from __future__ import annotations
 
@@ -32,11 +32,16 @@ _PROCESS = Path("/proc/self")
 class Alive:
     """Counts of living objects after a garbage collection.
 
-    - mib: the resident memory
-    - windows: widgets without a parent
-    - ours: objects of our Qt classes that Python references and Qt has not deleted
+    The fields without a description have the names of the objects that they count.
 
-    All other fields have the names of the objects they count.
+    Attributes
+    ----------
+    mib
+        The resident memory in MiB.
+    windows
+        Number of widgets without a parent.
+    ours
+        Number of objects of our Qt classes that Python references and Qt has not deleted.
     """
 
     mib: float
@@ -58,22 +63,22 @@ class Alive:
 
     @classmethod
     def heads(cls) -> str:
-        """Return the column headings, each padded to the width of its numbers."""
+        """Return the column headings, each padded to the width of its column."""
         first, *rest = (f.name for f in fields(cls))
         return f"{first:>8}" + "".join(f"{name:>10}" for name in rest)
 
 
 def alive() -> Alive:
-    """Collect garbage, then count the objects that are alive."""
+    """Collect garbage, and count the objects that remain."""
     gc.collect()
     gc.collect()
     give_back()
     kinds: Counter[type] = Counter()
     ours = 0
     for thing in gc.get_objects():
-        kind = type(thing)  # not isinstance: a proxy would ask its target
+        kind = type(thing)  # isinstance would return the class of a proxy's target
         kinds[kind] += 1
-        # Check the kind first: some types have a __module__ that is no string.
+        # Some types have a __module__ that is not a string, so the base class is checked first.
         if issubclass(kind, QObject) and kind.__module__.startswith("inspector."):
             ours += isValid(thing)
 
@@ -128,12 +133,12 @@ def _read(file: Path) -> str:
 
 @dataclass
 class Said:
-    """The problems that were reported: uncaught exceptions, and warnings of Qt."""
+    """The problems that were reported: uncaught exceptions, and warnings of Qt and logs."""
 
     wrong: list[str] = field(default_factory=list)
 
     def note(self, kind: type[BaseException], error: object, trace: TracebackType | None) -> None:
-        """Record an exception and where it was last raised."""
+        """Record an exception and the place where it was last raised."""
         while trace is not None and trace.tb_next is not None:
             trace = trace.tb_next
         place = ""
@@ -154,7 +159,7 @@ class _Logged(logging.Handler):
 
 @contextmanager
 def heard() -> Iterator[Said]:
-    """Record all uncaught exceptions in slots and threads, and all warnings of Qt and logs."""
+    """Record all uncaught exceptions, and warnings of Qt and logs, while the block runs."""
     said = Said()
 
     def message(kind: QtMsgType, _context: object, text: str) -> None:
@@ -162,7 +167,7 @@ def heard() -> Iterator[Said]:
             said.wrong.append(f"Qt: {text}")
 
     def warning(text: object, kind: type[Warning], *_place: object) -> None:
-        caught = sys.exc_info()  # pyqtgraph catches exceptions of a drag and warns
+        caught = sys.exc_info()  # pyqtgraph turns exceptions of a drag into warnings
         said.note(*caught) if caught[0] is not None else said.wrong.append(
             f"{kind.__name__}: {text}"
         )

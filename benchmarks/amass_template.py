@@ -2,11 +2,14 @@
 
     python -m benchmarks.amass_template FOLDER [--tilt DEG]…
 
-Each BVH in the folder becomes an AMASS clip with errors of protocol P0. At rest, its limbs are
-rotated by DEG from the template's, each bone in a different direction. The table shows the
-counter-twists found with the body, those also found in the same frames without it, and how far
-joints of the real body move if these are corrected about the template's bones. The limbs of a real
-body are up to 8° away from the axes of a T-pose.
+Each BVH in the folder is converted to an AMASS clip with errors of protocol P0, whose limbs at rest
+are rotated by DEG from those of the template, each bone in a different direction. (The limbs of a
+real body are up to 8° away from the axes of a T-pose.) For each DEG, the table shows
+
+- the number of counter-twists that are found with the body,
+- the number of these that are also found in the same frames without it, and of others, and
+- how far joints of the real body move if the counter-twists are corrected about the template's
+  bones.
 """
 
 from __future__ import annotations
@@ -33,7 +36,10 @@ _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
 
 def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Return a rest rotation for each joint's bones, (24, 4). Only limbs are rotated."""
+    """Return random rest rotations of the joints' bones, quaternions (w, x, y, z), shape (24, 4).
+
+    Only limbs are rotated, by `degrees`.
+    """
     axes = np.zeros((24, 3))
     axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
     return exponential(axes)
@@ -53,18 +59,14 @@ def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
 
 
 def packed(arrays: dict[str, np.ndarray]) -> bytes:
-    """Return the contents of an .npz file with these arrays."""
+    """Return the bytes of an .npz file with these arrays."""
     out = io.BytesIO()
     np.savez(out, **arrays)
     return out.getvalue()
 
 
 def row(paths: list[Path], degrees: float) -> str:
-    """Return a row of the table for some clips.
-
-    The columns are the detections with the body, with and without it, and only without it, and the
-    displacement of joints.
-    """
+    """Return a row of the table, for several clips with limbs rotated by `degrees`."""
     known = same = more = 0
     moved = []
     for path in paths:
@@ -87,7 +89,7 @@ def row(paths: list[Path], degrees: float) -> str:
 
 
 def main() -> None:
-    """Measure all clips, and print a table."""
+    """Measure all clips and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="only every N-th clip")

@@ -5,10 +5,12 @@
 Both folders contain files with the same names: the CMU Motion Capture Database as released, with
 its ASF files, and a BVH version of it in which the joints have the same order. Frame 0 of such a
 BVH may be a T-pose that was added later. The BVH omits the length of bones with several children
-(thorax, wrists), whose joints have an OFFSET of 0. The output is the largest distance of a joint in
-any frame, in the AMC's length unit, after scaling one file by a factor estimated from the paths of
-the roots. It is given for the joints without an omitted length above them, and for all joints after
-these lengths were restored. The exit status is 1 if a distance exceeds the rounding of both files.
+(thorax, wrists), whose joints have an OFFSET of 0.
+
+For each trial, one file is scaled by a factor estimated from the paths of the roots. The output
+shows the largest distance between the same joints in the AMC's length unit, once for joints without
+an omitted length above them, and once for all joints after these lengths were restored. The exit
+status is 1 if a distance is larger than the rounding of both files can explain.
 """
 
 from __future__ import annotations
@@ -24,16 +26,27 @@ from twistcore.formats.amc import read_amc
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import Motion, forward_kinematics
 
-# The root has 4 decimals in a BVH, an error of up to 9e-5 over three axes; the angles too, up to
-# 3e-5 over a limb of 17 units, and several of them are above a hand.
+# Numbers in the BVH have 4 decimals. For the position of the root, this is an error of up to 9e-5
+# over three axes. For each angle above a hand, it is up to 3e-5 over a limb of 17 units.
 MOST = 2e-4
 
 
 @dataclass(frozen=True)
 class Compared:
-    """The result for one clip.
+    """The result for one trial.
 
-    The fields are the scale, the two largest distances, and the joints with an omitted OFFSET.
+    Attributes
+    ----------
+    frames
+        Number of frames.
+    scale
+        The factor by which the BVH was scaled.
+    above
+        The largest distance of joints without an omitted length above them.
+    whole
+        The largest distance of all joints after the lengths were restored.
+    left_out
+        Names of the joints whose length is omitted in the BVH.
     """
 
     frames: int
@@ -44,7 +57,7 @@ class Compared:
 
 
 def compared(amc: Path, bvh: Path) -> Compared:
-    """Compare two files of the same trial. Raise ValueError if the trials differ."""
+    """Compare two files of the same trial. Raises ValueError if the trials differ."""
     mine, theirs = read_amc(amc).motion, read_bvh(bvh).motion
     if theirs.frames == mine.frames + 1:
         theirs = theirs.sliced(1, theirs.frames)
@@ -69,7 +82,7 @@ def compared(amc: Path, bvh: Path) -> Compared:
 
 
 def _largest(mine: Motion, theirs: Motion, scale: float) -> np.ndarray:
-    """Return the largest distance of a joint over all frames."""
+    """Return the largest distance of each joint over all frames, shape (joints,)."""
     places = [forward_kinematics(m)[1] for m in (mine, theirs)]
     return np.linalg.norm(places[0] - scale * places[1], axis=-1).max(axis=0)
 

@@ -1,8 +1,10 @@
-"""Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
+"""Check that corrected AMC clips differ only where they should.
+
+    python -m benchmarks.amc_round_trip FOLDER [--flip]
 
 Every clip in the folder is corrected as by `twistcore refine`, and the output is compared with the
 source word by word. Only the numbers of bones in frames that an accepted interval changes may
-differ. With --flip, a flip of 170° about the right leg's line, including the foot, is first
+differ. With --flip, a limb flip of 170° about the right leg's line, including the foot, is first
 injected into 12 frames, because few clips have errors that the channels of their bones can correct.
 The exit status is 1 if any other word differs, or if an injected flip is not corrected.
 """
@@ -27,7 +29,7 @@ FLIPPED, DEGREES = 12, 170.0
 
 
 def with_flip(clip: AmcClip) -> AmcClip:
-    """Return the clip with an injected flip, as read from a file."""
+    """Return a copy of the clip with an injected limb flip, written and read back."""
     analysis = analyse(clip)
     limb = next(limb for limb in analysis.limbs if limb.label == "Right leg")
     offset = np.zeros(clip.frames)
@@ -39,9 +41,9 @@ def with_flip(clip: AmcClip) -> AmcClip:
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
-    """Return the words of a file.
+    """Return the words of an AMC file, each with its frame (from 0) and the first word of its line.
 
-    Each comes with its frame, counted from 0, and the first word of its line.
+    In the file's head, the frame is −1.
     """
     out, frame = [], -1
     for line in data.splitlines():
@@ -54,7 +56,7 @@ def words(data: bytes) -> list[tuple[int, str, bytes]]:
 
 
 def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
-    """Return (frame, bone) for all rotations that the intervals change."""
+    """Return (frame, bone) for all rotations that the accepted intervals change."""
     chains = {c.name: c for c in analyse(clip).chains_and_limbs}
     names, out = clip.skeleton.names, set()
     for i in accepted:
@@ -64,7 +66,7 @@ def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
 
 
 def main() -> int:
-    """Check every clip, and print one line for each."""
+    """Check every clip and print one line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--flip", action="store_true")

@@ -4,17 +4,17 @@
     python3 dev.py bench atlas FOLDER --kinds spike --kinds stretch… --blind DIR
 
 FOLDER contains one folder for each set of captures. Errors are detected in every clip with default
-settings. For each set, the table shows clips, minutes, failures, and the number of intervals by
-kind, in total and per hour. The column `applied` counts automatic corrections. Failed clips are
-listed and do not stop the survey, but the exit status is then 1.
+settings. For each set, the table shows clips, minutes, failures, and the number of intervals of
+each kind, in total and per hour. The column `applied` counts automatic corrections. Failed clips
+are listed and do not stop the survey, but the exit status is then 1.
 
---blind draws the detections for judges who see neither the set nor the confidence
-(:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most detections
-(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --kinds selects
-capture faults or errors of single joints; --blind draws these with the whole body and the marked
-joint (:mod:`benchmarks.joint_pictures`). --verdicts reads a table of visual verdicts with the
-columns of docs/atlas-verdicts.csv, and prints the number of *error*, *doubtful* and *alarm*, and
-Wilson's interval for the share of errors.
+--kinds selects kinds of errors, including capture faults and errors of single joints. --pictures
+draws contact sheets of at most --most detections (:mod:`benchmarks.atlas_pictures`), chosen at
+random from all sets and kinds. --blind draws the detections for judges, who see neither the set nor
+the confidence (:mod:`benchmarks.blind_verdicts`). With --kinds, it draws the whole body and the
+marked joint (:mod:`benchmarks.joint_pictures`). --verdicts reads a table of visual verdicts with
+the columns of docs/atlas-verdicts.csv, and prints the numbers of *error*, *doubtful* and *alarm*,
+and Wilson's interval for the share of errors.
 """
 
 from __future__ import annotations
@@ -39,21 +39,35 @@ from twistcore.detection import Interval, Kind
 from twistcore.formats.reading import is_clip, read_clip
 from twistcore.work.processes import each, reason
 
-KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # the atlas judges errors of twist
+KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # surveyed by default
 VERDICTS = ("error", "doubtful", "alarm")
 COLUMNS = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
-WILSON = 1.96  # for 95 %
-FREE = "cmu"  # sets whose skeletons may be published
+WILSON = 1.96  # quantile of the normal distribution for 95 %
+FREE = "cmu"  # start of the names of sets whose skeletons may be published
 
 Row = dict[str, float | int | str]
 
 
 @dataclass(frozen=True)
 class Find:
-    """An interval of a clip.
+    """A detected interval.
 
-    applied: True for an automatic correction of `refine`; offset: the offset that a correction
-    removes, or zeros; carried: True if the part below was carried along.
+    Attributes
+    ----------
+    clip, chain, kind, joint
+        Names of the clip, the chain, the kind of error and, if the kind has one, the joint.
+    start, stop
+        The frames [start, stop).
+    degrees
+        The size of the error.
+    confidence, open
+        The interval's confidence, and True if it is open.
+    applied
+        True if `refine` corrects the interval automatically.
+    offset
+        The offset in degrees, one number per frame, 0 for a kind without correction.
+    carried
+        True if the error also rotated the part below the limb or joint.
     """
 
     clip: str
@@ -72,7 +86,19 @@ class Find:
 
 @dataclass(frozen=True)
 class Seen:
-    """A surveyed clip. `problem` is the reason if the survey failed, or ''."""
+    """The detections in a clip.
+
+    Attributes
+    ----------
+    set, clip
+        Names of the set and of the clip.
+    frames, fps, chains
+        Number of frames, frame rate, and number of chains and limbs.
+    finds
+        The detections.
+    problem
+        The reason why detection failed, or ''.
+    """
 
     set: str
     clip: str
@@ -84,12 +110,12 @@ class Seen:
 
     @property
     def seconds(self) -> float:
-        """Return the length of the clip in seconds."""
+        """Return the duration of the clip in seconds."""
         return self.frames / self.fps if self.fps > 0.0 else 0.0
 
 
 def look(path: Path, kinds: Sequence[Kind] = KINDS) -> Seen:
-    """Detect errors of some kinds in a clip. Raise TwistError if this fails."""
+    """Detect errors of the given kinds in a clip. Raises TwistError if the clip cannot be read."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=kinds)
@@ -119,9 +145,9 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
 def survey(
     folder: Path, only: Sequence[str] = (), workers: int = 2, kinds: Sequence[Kind] = KINDS
 ) -> Iterator[Seen]:
-    """Yield the result for each clip of each set as soon as it is finished.
+    """Yield the detections in each clip of each set as soon as the clip is finished.
 
-    The result for a clip that failed has a `problem`.
+    `only` has the names of sets to survey, empty for all.
     """
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
@@ -133,7 +159,7 @@ def survey(
 
 
 def table(seen: Iterable[Seen], kinds: Sequence[Kind] = KINDS) -> list[Row]:
-    """Return a row per set and a total row.
+    """Return a row for each set and a row of totals.
 
     The columns are clips, minutes, failures, detections and corrections, in total and per hour.
     """
@@ -165,9 +191,9 @@ def _row(name: str, own: Sequence[Seen], kinds: Sequence[Kind]) -> Row:
 
 
 def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
-    """Return at most `most` detections with their sets, evenly from all sets, kinds and `applied`.
+    """Return at most `most` detections with their sets, drawn evenly from groups.
 
-    If such a group has more finds than its share, they are drawn at random.
+    A group has the same set, kind and `applied`. `seed` seeds the draw.
     """
     groups: dict[tuple[str, str, bool], list[Find]] = defaultdict(list)
     for s in sorted(seen, key=lambda s: (s.set, s.clip)):
@@ -186,7 +212,7 @@ def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]
 
 
 def wilson(right: int, of: int) -> tuple[float, float]:
-    """Return Wilson's (1927) 95 % interval for the share right / of. Without data, it is 0 to 1."""
+    """Return Wilson's (1927) 95 % interval for the share `right / of`, or 0 to 1 without data."""
     if not of:
         return 0.0, 1.0
     p, z2 = right / of, WILSON**2
@@ -198,7 +224,7 @@ def wilson(right: int, of: int) -> tuple[float, float]:
 def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
     """Return the number of verdicts of each kind, and the share of errors with its interval.
 
-    The rows are grouped by the given columns.
+    `by` are the columns by which the verdicts are grouped into rows.
     """
     counted: dict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
     for row in verdicts:
@@ -264,7 +290,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Draw contact sheets of detections, and write a table for the verdicts."""
+    """Draw contact sheets of detections, and write a table in which a judge enters the verdicts."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -314,7 +340,7 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """Draw each detection for which the verdicts name a picture.
+    """Draw each detection for which a verdict names a picture.
 
     Bones are drawn as lines unless the set may be published.
     """

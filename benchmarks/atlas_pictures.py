@@ -1,7 +1,8 @@
 """Draw detections: the limb before, during and after the interval, and its curves over time.
 
-Used by :mod:`benchmarks.atlas`. Only the skeleton is drawn. Bones are flat bodies with a light and
-a dark face, so that their roll is visible.
+The two joints of a chain are called P (parent) and C (child), and E is the end of a limb. Only the
+skeleton is drawn. Bones are flat bodies with a light and a dark face, so that their roll is
+visible. :mod:`benchmarks.atlas` uses this module.
 """
 
 from __future__ import annotations
@@ -34,15 +35,18 @@ from twistcore.skeleton.signals import counter_rotation
 Array = NDArray[np.float64]
 
 WRONG, RIGHT, SOFT, INK = "#a65300", "#1668b3", "#8794a3", "#222222"
-FACES = (("#e8a15c", "#7a3d00"), ("#8fbde6", "#0e4a80"))  # of P and of C: light, dark
-WIDTH = 0.16  # of a bone's length
-STRAIGHT = 8.0  # degrees: a straighter limb has no side
-AROUND = 0.35  # seconds of curve on either side, or half of the interval
+FACES = (("#e8a15c", "#7a3d00"), ("#8fbde6", "#0e4a80"))  # light and dark face of P and of C
+WIDTH = 0.16  # half of a body's width as a share of the bone's length
+STRAIGHT = 8.0  # degrees; the azimuth is undefined if the limb is bent by less
+AROUND = 0.35  # seconds of curve on either side, or half of the interval if this is longer
 A_SHEET, COLUMNS = 12, 2
 
 
 def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -> None:
-    """Draw numbered detections in a row. Each of `rows` is (set, path of the clip, Find)."""
+    """Draw numbered detections in a grid, from number `start` on.
+
+    Each of `rows` is (set, path of the clip, Find).
+    """
     figure = plt.figure(figsize=(17.2, 2.85 * -(-len(rows) // COLUMNS)), dpi=72)
     grid = figure.subfigures(-(-len(rows) // COLUMNS), COLUMNS, squeeze=False)
     for k, (name, clip, find) in enumerate(rows):
@@ -52,7 +56,7 @@ def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -
 
 
 def one(figure: Any, title: str, clip: Path, find: Any) -> None:
-    """Draw a detection: three poses from two sides, the twists, the evidence and the bend."""
+    """Draw a detection into a figure: three poses from two sides, the twists, and the evidence."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
@@ -68,7 +72,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
-    """Draw a detection for a page. If `bare` is True, draw bones as lines instead of bodies."""
+    """Draw a detection into a file. If `bare` is True, draw bones as lines instead of bodies."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
@@ -106,7 +110,7 @@ _kept: dict[Path, Motion] = {}
 
 
 def read_motion(clip: Path) -> Motion:
-    """Return the motion of a clip. The latest one is cached."""
+    """Return the motion of a clip. The motion of the last clip is cached."""
     if clip not in _kept:
         _kept.clear()
         _kept[clip] = read_clip(clip).motion
@@ -121,8 +125,8 @@ def _window(motion: Motion, find: Any) -> NDArray[np.int64]:
 def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool = False) -> None:
     """Draw the bones of P and C before, during and after the interval, from two sides.
 
-    The frame of P's parent is used, so that only the limb moves and all poses are seen from the
-    same direction.
+    The poses are in the coordinates of P's parent, so that only the limb moves and all poses are
+    seen from the same direction.
     """
     middle = (find.start + find.stop - 1) // 2
     shown = [max(find.start - 2, 0), middle, min(find.stop + 1, motion.frames - 1)]
@@ -159,7 +163,7 @@ def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: boo
 
 
 def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Array:
-    """Return the end of C's bone, (frames, 3): its child joint, or a point along C's axis."""
+    """Return the end of C's bone, (frames, 3): the grandchild, or a point along C's axis."""
     if chain.grandchild >= 0:
         return positions[:, chain.grandchild]
     size = 0.6 * float(np.linalg.norm(motion.skeleton.offsets[chain.child]))
@@ -168,9 +172,24 @@ def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Ar
 
 
 def draw_bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
-    """Draw a flat body between two joints.
+    """Draw a flat body between two joints. Its wide side is fixed to the joint.
 
-    Its wide side is fixed in the joint's coordinates.
+    Parameters
+    ----------
+    panel
+        The axes of matplotlib.
+    ends
+        The positions of both joints.
+    q
+        The rotation of the joint, a quaternion (w, x, y, z).
+    view
+        The directions to the right, upward and to the viewer.
+    at
+        The position of the origin in the panel.
+    face
+        The light and the dark colour.
+    bare
+        True to draw a line instead.
     """
     right, up, eye = view
     a, z = ends
@@ -196,7 +215,7 @@ def draw_bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, 
 def _curves(
     turns: Any, evidence: Any, motion: Motion, chain: Chain, find: Any, frames: Any
 ) -> None:
-    """Plot the twists with and without the interval's offset, and the evidence, over the frames."""
+    """Plot the twists with and without the interval's offset, and the evidence."""
     offset = np.zeros(motion.frames)
     offset[find.start : find.stop] = find.offset
     if isinstance(chain, Limb):
@@ -238,7 +257,7 @@ def _bend(panel: Any, bend: Array, frames: Any) -> None:
 
 
 def _azimuth(q_c: Array, chain: Chain) -> Array:
-    """Return the direction of C's bone about P's line, degrees from its median, (frames,)."""
+    """Return the direction of C's bone about P's bone axis, degrees from its mean, (frames,)."""
     v = rotate(q_c, chain.arm)
     axis = np.broadcast_to(chain.axis, v.shape)
     across = v - np.einsum("fi,fi->f", v, axis)[:, None] * axis
@@ -266,7 +285,7 @@ def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
 def _of_a_limb(
     turns: Any, evidence: Any, motion: Motion, limb: Limb, offset: Array, frames: Any
 ) -> None:
-    """Plot the swivel of a limb with and without the interval's offset, its bend and E's motion."""
+    """Plot a limb's swivel with and without the interval's offset, its bend, and E's motion."""
     swivel = swivel_of(motion, limb)
     angle = np.degrees(swivel.angle)
     turns.plot(frames, angle[frames], ".-", ms=3, color=WRONG, lw=1.2, label="swivel °")

@@ -5,9 +5,9 @@
 The first line for a folder shows the backward bends per minute found in the original clips, and the
 number of knees and elbows with a known hinge. Then, for every size from 5° to 60°, each knee and
 elbow is bent backward once, for 0.3-1.2 s, where the limb is nearly straight. The bend begins and
-ends gradually, in a quarter of that time each. It counts as found if a detected backward bend of
-that joint overlaps it. Counter-twists and flips, which would explain some bends, are not detected.
---list also prints the detections in the original clips.
+ends gradually, each in a quarter of this time. It counts as found if a detected backward bend of
+the same joint overlaps it. Counter-twists and flips, which would explain some bends, are not
+detected. --list also prints the detections in the original clips.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle, rotate
 from twistcore.synthesis.injection import generator
 
-SIZES = 5, 10, 15, 20, 25, 30, 40, 50, 60  # degrees behind straight
-_DRAWS = 12  # places, of which the straightest is used
-_BORDER = 0.25  # of the bend's time, on either side
+SIZES = 5, 10, 15, 20, 25, 30, 40, 50, 60  # degrees beyond the straight limb
+_DRAWS = 12  # number of random places, of which the straightest is used
+_BORDER = 0.25  # share of the bend's time in which it begins, and in which it ends
 
 
 def hinges_of(clip: ClipAnalysis) -> list[tuple[Chain, Hinge | None]]:
-    """Return the chain of each knee and elbow, with its hinge if known from the clip."""
+    """Return the chain of each knee and elbow, with its hinge, or None if the hinge is unknown."""
     middle = {limb.child for limb in clip.limbs}
     chains = [c for c in clip.chains if c.child in middle and c.ends]
     return [(c, hinge_of(Witnesses.of(clip.motion, c))) for c in chains]
 
 
 def finds(clip: ClipAnalysis, motion: Motion) -> list[Interval]:
-    """Return the backward bends of a motion.
+    """Return the backward bends in a motion.
 
     `clip` is the analysis of a clip with the same chains.
     """
@@ -55,10 +55,9 @@ def finds(clip: ClipAnalysis, motion: Motion) -> list[Interval]:
 def bent_backward(
     motion: Motion, chain: Chain, hinge: Hinge, degrees: float, rng: np.random.Generator
 ) -> tuple[Motion, int, int] | None:
-    """Return the motion with C bent backward for a while, and the frames of this bend.
+    """Return the motion with the child of a chain bent backward for a while, and the bend's frames.
 
-    `degrees` is the angle of the bend beyond the straight limb. The result is None if the clip is
-    too short or the limb is always bent.
+    `degrees` is the angle beyond the straight limb. The result is None if the clip is too short.
     """
     length = int(rng.uniform(0.3, 1.2) * motion.fps)
     if length < 4 or motion.frames < length + 8:
@@ -79,7 +78,7 @@ def bent_backward(
 
 
 def measure(folder: Path, given: argparse.Namespace) -> None:
-    """Print the output lines for a folder."""
+    """Print the output for a folder."""
     found, missed, others, depth = Counter(), Counter(), Counter(), Counter()
     sound, minutes, limbs, hinged = 0, 0.0, 0, 0
     for path in clips_of(folder):

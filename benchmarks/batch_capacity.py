@@ -2,12 +2,12 @@
 
     python -m benchmarks.batch_capacity OUTDIR… [--hours H]
 
-Draws clips and their processing times at random from manifests, and assigns them to workers in two
+Clips and their processing times are drawn at random from manifests, and assigned to workers in two
 orders: the largest file first, like `batch`, and at random. Some clips are made ten times slower,
 as if the disk or another program were busy. For several numbers of clips and workers, the table
 shows the hours until the last clip is finished, the utilisation of the workers, the worker-hours
-and the cost. Idle workers are starting or waiting for the last clips. The output ends with the
-number of workers that finish in the given hours.
+and the cost. Idle workers are starting or waiting for the last clips. The last line is the number
+of workers that finish in H hours.
 """
 
 from __future__ import annotations
@@ -24,16 +24,13 @@ from twistcore.batch import Manifest
 
 CLIPS = (10_000, 100_000, 1_000_000)
 WORKERS = (1, 4, 16, 64, 256, 1024)
-SLOWER = 10.0  # factor of slowed clips
+SLOWER = 10.0  # factor by which some clips are slowed down
 
 Array = NDArray[np.float64]
 
 
 def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
-    """Return the seconds, the file size and the memory of every finished clip.
-
-    The file size and the memory are in bytes.
-    """
+    """Return the seconds, the file size and the memory (bytes) of every finished clip."""
     rows = []
     for folder in folders:
         with Manifest.open(folder) as manifest:
@@ -57,7 +54,7 @@ def until_done(seconds: Array, workers: int, start: float) -> float:
 def workers_for(seconds: Array, hours: float, start: float) -> int | None:
     """Return approximately the smallest number of workers that finish within `hours`.
 
-    Return None if no number of workers is enough.
+    The result is None if a single clip takes longer. `start` is as in :func:`until_done`.
     """
     if seconds.max() + start > 3600.0 * hours:
         return None
@@ -68,7 +65,7 @@ def workers_for(seconds: Array, hours: float, start: float) -> int | None:
 
 
 def main() -> None:
-    """Simulate the batches, and print the tables."""
+    """Simulate the batches and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="OUTDIR")
     parser.add_argument("--hours", type=float, default=8.0, help="the time limit; default 8")

@@ -2,7 +2,7 @@
 
     python -m benchmarks.batch_speed FOLDER [--rounds N] [--json]
 
-Runs the whole command in a new process over the folder's clips, with one worker, with two workers,
+The whole command runs in a new process over the folder's clips, with one worker, with two workers,
 and on a local Dask cluster of two. Then it runs again with all clips already finished. The table
 shows the seconds (of the fastest round), clips and bytes per second, the speed-up by the second
 worker, a worker's memory for its largest clip, and whether all results are equal. Targets: 12 clips
@@ -43,7 +43,7 @@ def mark(out: Path) -> str:
 
 
 def main() -> None:
-    """Measure every variant, and print the figures."""
+    """Measure every variant and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
@@ -53,7 +53,7 @@ def main() -> None:
     marks, records = set(), []
     with tempfile.TemporaryDirectory() as folder:
         for k in range(arguments.rounds):
-            for name, words in WAYS.items():  # in turns, so that load on the machine affects all
+            for name, words in WAYS.items():  # in turn, so that load on the machine affects all
                 out = Path(folder, f"{name}-{k}")
                 seconds[name].append(run(arguments.folder, out, *words))
                 marks.add(mark(out))

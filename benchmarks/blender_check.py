@@ -36,7 +36,7 @@ FRAMES = 40
 
 
 def export(source: Path, folder: Path) -> list[Path]:
-    """Write the clip, rewritten and corrected, into `folder`, with the joint positions of each."""
+    """Write a clip into `folder`, rewritten and corrected, each with its joint positions."""
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.formats.bvh import read_bvh
@@ -53,9 +53,9 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
-    """Write the joint positions next to a file, for some frames.
+    """Write the joint positions of some frames next to a file.
 
-    The frames are evenly spaced, plus some of the frames `also`.
+    The frames are evenly spaced, plus some of the frames in `also`.
     """
     from twistcore.skeleton.motion import forward_kinematics
 
@@ -69,7 +69,7 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import a written file into Blender and compare it. This runs with bpy, without twistcore."""
+    """Import a file into Blender and compare it. The function runs with bpy, without twistcore."""
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())
@@ -95,9 +95,10 @@ def in_blender(path: Path) -> dict[str, Any]:
 
 
 def compared(source: Path, blender: str) -> list[dict[str, Any]]:
-    """Return the results of `in_blender` for one clip, rewritten and corrected.
+    """Return the results of `in_blender` for a clip, rewritten and corrected.
 
-    Raise RuntimeError if Blender cannot read a file, and TwistError if twistcore cannot.
+    `blender` is the interpreter that can import bpy. Raises RuntimeError if Blender cannot read a
+    file, and TwistError if twistcore cannot.
     """
     with tempfile.TemporaryDirectory() as folder:
         paths = map(str, export(source, Path(folder)))
@@ -112,7 +113,7 @@ def compared(source: Path, blender: str) -> list[dict[str, Any]]:
 
 
 def main() -> int:
-    """Compare every clip, and print one line for each."""
+    """Compare every clip and print one line for each."""
     if sys.argv[1:2] == ["--inside"]:
         with contextlib.redirect_stdout(sys.stderr):
             found = [in_blender(Path(name)) for name in sys.argv[2:]]

@@ -2,14 +2,14 @@
 
 DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`. It contains a picture of
 every detection, numbered at random and without set, clip, kind or confidence, and `key.csv`, which
-the judges must not open. Each judge writes a table with the columns `number,verdict,why`. The first
-judge's table is `first.csv`, and the second judge's is `second.csv`.
+the judges must not open. Each judge writes a table with the columns `number,verdict,why`, which is
+called `first.csv` or `second.csv`.
 
 A detection on which the judges differ counts as doubtful. The output shows Cohen's kappa over all
 detections and over automatic corrections, and the verdicts by kind, by set and for automatic
 corrections. It also compares the confidence, in bins, with the share of errors among errors and
-alarms (ECE). --csv writes a table like docs/atlas-blind.csv. --figure draws a picture of the
-reliability.
+alarms, and shows the expected calibration error (ECE). --csv writes a table like
+docs/atlas-blind.csv. --figure plots the share of errors against the confidence.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from benchmarks.evidence import equal_bins
 from twistcore.review.agreement import cohen_kappa
 from twistcore.tuning.learned_confidence import Bin, expected_error
 
-BINS = 5  # with equal numbers of finds
+BINS = 5  # number of bins with equal numbers of detections
 
 
 def agreed(first: str, second: str) -> str:
@@ -35,14 +35,14 @@ def agreed(first: str, second: str) -> str:
 
 
 def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
-    """Compare the confidence with the share of errors among errors and alarms, in bins."""
+    """Return the share of errors among errors and alarms, in bins of similar confidence."""
     own = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
     confidence = np.array([float(r["confidence"]) for r in own])
     return equal_bins(confidence, np.array([r["verdict"] == "error" for r in own]), bins)
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
-    """Return the rows of the key with both verdicts. Raise ValueError for an unknown verdict."""
+    """Return the rows of the key with both verdicts. Raises ValueError for an unknown verdict."""
     key = {row["number"]: row for row in _rows(folder / "key.csv")}
     said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
     both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)
@@ -90,7 +90,7 @@ def picture(bins: Sequence[Bin], output: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Combine the verdicts of two judges, and print the results."""
+    """Combine the verdicts of two judges and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--csv", type=Path)

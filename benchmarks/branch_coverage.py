@@ -24,7 +24,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 WANTED = {"twistcore": 95.0, "inspector": 88.0}
-SHOWN = 25  # modules
+SHOWN = 25  # number of modules to list
 CONFIGURATION = """
 [run]
 branch = True
@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def tell(files: Mapping[str, Mapping[str, int]]) -> int:
     """Print the coverage. Return 1 if a package is below its minimum.
 
-    `files` maps a path to the summary that coverage gives for it.
+    `files` has the summary that coverage gives for each file, keyed by path.
     """
     sums: dict[str, Counter[str]] = defaultdict(Counter)
     for name, of in files.items():

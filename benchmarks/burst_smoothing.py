@@ -4,10 +4,13 @@
 
 Every clip, at 20, 30 and 120 frames per second, gets the bursts of `benchmarks.noise_bursts`. Then
 `quamo refine --where noisy` smooths the detected bursts, and a second-order Butterworth filter at
-3.5 Hz, run in both directions, smooths all frames of all joints. The output shows the mean distance
-of the joints from the truth in mm for a figure of 1.75 m, inside the burst and in all other frames;
-the number of bursts in which the result is at least as close to the truth as the filter's; and the
-numbers changed outside the treated frames.
+3.5 Hz, run in both directions, smooths all frames of all joints. The output shows
+
+- the mean distance of the joints from the truth in mm, for a figure of 1.75 m, inside the burst and
+  in all other frames,
+- the number of bursts in which the smoothed motion is at least as close to the truth as the
+  filtered motion, and
+- the number of values changed outside the smoothed frames.
 """
 
 from __future__ import annotations
@@ -31,7 +34,10 @@ HEIGHT_MM, CUTOFF = 1750.0, 3.5
 
 
 def distances(made: Motion, truth: Motion, inside: Array) -> tuple[float, float]:
-    """Return the mean distances inside and outside the burst, in mm."""
+    """Return the mean distances of joints inside and outside the burst, in mm.
+
+    `inside` is a mask of the burst's frames.
+    """
     scale = HEIGHT_MM / truth.skeleton.height
     apart = np.linalg.norm(forward_kinematics(made)[1] - forward_kinematics(truth)[1], axis=-1)
     return scale * float(apart[inside].mean()), scale * float(apart[~inside].mean())
@@ -45,7 +51,11 @@ def filtered(motion: Motion) -> Motion:
 
 
 def measured(motion: Motion, rng: np.random.Generator) -> tuple[Array, int] | None:
-    """Return each method's distances, (methods, 2), and the count of numbers changed elsewhere."""
+    """Inject a burst into a motion and smooth it.
+
+    Returns the distances of each method, shape (methods, 2), and the number of values changed
+    outside the smoothed frames, or None if the clip is too short.
+    """
     if (made := with_noise(motion, rng)) is None:
         return None
     noisy, frames = made

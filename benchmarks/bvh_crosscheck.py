@@ -1,10 +1,14 @@
 """Compare joint positions with pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
 
 For every file that both programs can read, the output shows the largest distance between our joints
-and those of pybvh, as a share of the skeleton's height, in three cases: as read (expected ≤ 1e-9);
-with every rotation computed again from quaternions (≤ 1e-6); and with all detections of `refine`
-corrected (≤ 1e-9). It also shows the largest displacement of a joint by the correction according to
-pybvh. The exit status is 1 if any of the first three numbers is larger than expected.
+and those of pybvh, as a share of the skeleton's height, in three cases:
+
+- as read (expected ≤ 1e-9),
+- with every rotation computed again from quaternions (≤ 1e-6), and
+- with all detections of `refine` corrected (≤ 1e-9).
+
+It also shows the largest displacement of a joint by the correction according to pybvh. The exit
+status is 1 if any of the first three numbers is larger than expected.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.skeleton.motion import forward_kinematics
 
-MOST = (1e-9, 1e-6, 1e-9)  # of the height: as read, rewritten, corrected
+MOST = (1e-9, 1e-6, 1e-9)  # expected shares of the height: as read, rewritten, corrected
 
 
 def pybvh_positions(path: Path) -> NDArray[np.float64]:
@@ -40,7 +44,7 @@ def pybvh_positions(path: Path) -> NDArray[np.float64]:
 
 
 def rewritten(clip: Clip) -> bytes:
-    """Return the clip with every rotation computed again from quaternions."""
+    """Return the bytes of the clip with every rotation computed again from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
     return clip.patched(clip.motion, every).data
@@ -49,7 +53,7 @@ def rewritten(clip: Clip) -> bytes:
 def corrected(path: Path) -> tuple[float, float]:
     """Compare a corrected file with pybvh.
 
-    Return the largest distance from pybvh's joints, and the largest displacement of a joint by the
+    Returns the largest distance from pybvh's joints, and the largest displacement of a joint by the
     correction according to pybvh. Both are shares of the height.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -63,9 +67,9 @@ def corrected(path: Path) -> tuple[float, float]:
 
 
 def differences(path: Path) -> tuple[float, float]:
-    """Return the largest distances of a joint, as shares of the height.
+    """Return the largest distance from pybvh's joints as a share of the height, in two cases.
 
-    The first is for the file as read, the second for the rewritten file.
+    The first is the file as read, and the second is the rewritten file.
     """
     clip = read_bvh(path)
     ours = forward_kinematics(clip.motion)[1]
@@ -78,7 +82,7 @@ def differences(path: Path) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Compare every file, and print one line for each."""
+    """Compare every file and print one line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0, 0.0], 0, 0

@@ -2,11 +2,12 @@
 
     python -m benchmarks.bvh_io [--runs N]
 
-The times are those of a program that handles a single clip: medians over processes that carry out
-each step once, excluding imports. The tools run in turn. The clip is a sample repeated up to 20,000
-frames of 96 channels. It has three forms: with 6 decimals throughout, as the sample is written (4
-decimals, and a row of integers in every 435), and with 6 significant digits (%g). Other libraries
-that are not installed (pip install 'twist-inspector[peers]') are skipped with a message.
+The clip is a sample repeated up to 20,000 frames of 96 channels. It has three forms: with 6
+decimals throughout; as the sample is written (4 decimals, and a row of integers in every 435); and
+with 6 significant digits (%g). The times are medians over processes, each of which carries out
+every step once, excluding imports, as a program does that handles a single clip. The tools run in
+turn. Libraries that are not installed (pip install 'twist-inspector[peers]') are skipped with a
+message.
 
 The step `parse` reads skeleton and numbers from the file. `fk` computes the positions of all joints
 in all frames (ours includes quaternions). `write` writes a file in which 2 joints (6 of 96 columns)
@@ -45,7 +46,7 @@ TOOLS = (
     "numpy.loadtxt",
     "numpy.fromstring",
 )
-SLOW = ("bvhio", "bvhsdk")  # take minutes for FK of the whole clip; measured over fewer frames
+SLOW = ("bvhio", "bvhsdk")  # measured over fewer frames, because they take minutes
 FORMS = {"uniform decimals": "%.6f", "as the sample is written": "", "varying decimals": "%g"}
 Steps = tuple[
     Callable[[], Any], Callable[[Any], Any] | None, Callable[[Any], Callable[[], Any]] | None
@@ -53,9 +54,9 @@ Steps = tuple[
 
 
 def tiled(frames: int, form: str) -> bytes:
-    """Return the sample's rows, repeated.
+    """Return a BVH file with the sample's rows, repeated.
 
-    If a format is given, all numbers are changed slightly to fit it.
+    If a format is given, all numbers are changed slightly and written in this format.
     """
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
@@ -67,9 +68,9 @@ def tiled(frames: int, form: str) -> bytes:
 
 
 def steps(tool: str, path: str, out: str) -> Steps:
-    """Return the steps of one tool: parsing, forward kinematics, and preparation of writing.
+    """Return functions for the steps of one tool: parse, compute positions, and prepare writing.
 
-    If a tool lacks one of the last two, it is None.
+    A step that the tool does not support is None.
     """
     return _STEPS[tool](path, out)
 
@@ -158,9 +159,9 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 
 
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
-    """Return the seconds of each step of one tool in this process, and its peak memory in MB.
+    """Measure the steps of one tool in this process.
 
-    The peak is measured while the file is parsed.
+    Returns the seconds of each step, and the peak memory in MB while the file is parsed.
     """
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
@@ -183,7 +184,7 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 def _memory() -> float:
     """Return the peak memory of this process in MB.
 
-    ru_maxrss is not used, because it starts at the parent's peak.
+    On Linux, ru_maxrss is not used, because it begins at the parent's peak.
     """
     status = Path("/proc/self/status")
     if status.exists():
@@ -213,7 +214,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
         full, short = Path(folder) / "big.bvh", Path(folder) / "short.bvh"
         full.write_bytes(data)
         short.write_bytes(tiled(slow_frames, FORMS[title]))
-        # In turn, repeatedly, so that other load on the machine affects all of them equally.
+        # The tools run in turn, so that other load on the machine affects all of them equally.
         for k in range(arguments.runs):
             for tool in TOOLS:
                 if tool not in SLOW:
@@ -241,7 +242,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Measure all tools, and print the tables."""
+    """Measure all tools and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--slow-frames", type=int, default=1000)

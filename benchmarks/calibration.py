@@ -2,14 +2,15 @@
 
     python -m benchmarks.calibration FOLDER [--seed N] [--step N]
 
-FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are
-injected into one chain at a time. The candidates are the intervals found at 0.3 τ. A candidate is
-right if its IoU with an injected interval is ≥ 0.5 and ≥ 80 % of that interval's frames are
-corrected by ≥ 80 %. The logistic map is refitted on one subject, and its weights are printed for
-comparison with twistcore.detection.consistency.confidence. The tables evaluate the shipped map on
-all *other* subjects, first as injected, and then with a tenth of the errors, that is, nine clean
-chains for each chain with errors. They show the area under the ROC curve (AUC), the expected
-calibration error over ten bins (ECE), and the reliability in each bin.
+FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols are injected into one
+chain at a time. The candidates are the intervals found at 0.3 τ. A candidate is right if its IoU
+with an injected interval is ≥ 0.5 and ≥ 80 % of that interval's frames are corrected by ≥ 80 %.
+
+The logistic map from features to confidence is fitted again on one subject, and its weights are
+printed for comparison with twistcore.detection.consistency.confidence. The tables evaluate the map
+of the program on all *other* subjects, first as injected, and then with a tenth of the errors: nine
+chains without errors for each chain with errors. They show the area under the ROC curve (AUC), the
+expected calibration error over ten bins (ECE), and the share of right candidates in each bin.
 """
 
 from __future__ import annotations
@@ -43,13 +44,13 @@ PROTOCOLS = (
     "P0", "H6", "H3-4", "H4", "rich", "rich+H6", "rich+H3-4", "rich+H1", "rich+H4", "rich+H6+H1",
     "rich+H5",
 )  # fmt: skip
-LOWEST = 0.3  # of τ
-CLEAN_FOR_EACH = 9  # clean chains for each with errors, in the second table
+LOWEST = 0.3  # share of τ at which candidates are found
+CLEAN_FOR_EACH = 9  # chains without errors for each chain with errors, in the second table
 BINS = 10
 
 
 def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
-    """True if an interval matches one of the injected errors and corrects it."""
+    """Return True if an interval matches one of the injected errors and corrects it."""
     for e in errors:
         if e.chain != interval.chain:
             continue
@@ -68,10 +69,10 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
 
 
 def features(interval: Interval, tau: float) -> tuple[float, ...]:
-    """Return the features of an interval.
+    """Return the features of an interval from which its confidence is computed.
 
-    The features are the gain, the closing residual in σ, the margin of the weaker edge, the number
-    of frames, and whether τ is reached.
+    They are the gain, the closing residual in σ, the margin of the weaker edge, the number of
+    frames, and whether τ is reached.
     """
     evidence = interval.evidence or {}
     weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
@@ -83,7 +84,7 @@ def features(interval: Interval, tau: float) -> tuple[float, ...]:
 def candidates(
     analysis: ConsistencyAnalysis, chains: Sequence[Chain]
 ) -> list[tuple[Interval, float]]:
-    """Return all chains' intervals between two jumps of at least 0.3 τ, each with its τ."""
+    """Return the intervals of all chains between two jumps of at least 0.3 τ, each with its τ."""
     return [
         (i, tau)
         for c in chains
@@ -94,7 +95,19 @@ def candidates(
 
 
 class Sample:
-    """The features, the shipped confidence and the correctness of candidates."""
+    """Candidates with their features, the program's confidence, and whether they are right.
+
+    Attributes
+    ----------
+    x
+        The features of each candidate.
+    p
+        The confidence of each candidate.
+    y
+        True for each candidate that is right.
+    clean
+        True for each candidate from a clip without injected errors.
+    """
 
     def __init__(self) -> None:
         self.x: list[tuple[float, ...]] = []
@@ -108,7 +121,7 @@ class Sample:
         errors: Sequence[InjectedError],
         clean: bool,
     ) -> None:
-        """Add the candidates of one search."""
+        """Add the candidates found in one clip, which is `clean` or has the given errors."""
         self.x += [features(i, tau) for i, tau in found]
         self.p += [i.confidence or 0.0 for i, _ in found]
         self.y += [right(i, errors) for i, _ in found]
@@ -116,9 +129,9 @@ class Sample:
 
 
 def collect(paths: Sequence[Path], seed: int) -> Sample:
-    """Collect the candidates from all clips with errors of every protocol, in one chain at a time.
+    """Collect the candidates from all clips, without errors and with errors of every protocol.
 
-    The candidates from the clips without errors are included.
+    The errors are injected into one chain at a time.
     """
     sample, detector = Sample(), ConsistencyDetector()
     for path in paths:
@@ -160,7 +173,7 @@ def fitted(sample: Sample) -> np.ndarray:
 
     def loss(weights: np.ndarray) -> float:
         # Few candidates are long, and one natural event that occurs with every error is among
-        # them: the weight of the length must not become large because of it.
+        # them. The weight of the length must not become large because of this event.
         penalty = 0.5 * float((weights[1:] ** 2).sum()) + 100.0 * (weights[4] + 0.13) ** 2
         return float(np.logaddexp(0.0, -sign * (columns @ weights)).sum()) + penalty
 
@@ -168,7 +181,10 @@ def fitted(sample: Sample) -> np.ndarray:
 
 
 def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
-    """Return the area under the ROC curve. Pairs with equal confidences count half."""
+    """Return the area under the ROC curve. Pairs with equal confidences count half.
+
+    `p` are the confidences, `y` is a mask of the right candidates, and `weight` has their weights.
+    """
     levels, of = np.unique(p, return_inverse=True)
     good = np.bincount(of, weight * y, len(levels))
     bad = np.bincount(of, weight * ~y, len(levels))
@@ -177,12 +193,9 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
 
 def report(title: str, sample: Sample, clean_weight: float) -> None:
-    """Print one table.
-
-    `clean_weight` is the number of clean passes for each pass with errors.
-    """
+    """Print one table. `clean_weight` is the weight of candidates from clips without errors."""
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
-    # A clip has one clean pass for all chains, but one pass with errors for each chain.
+    # Each clip is searched once without errors, and once for each chain with errors.
     weight = np.where(clean, clean_weight, 1.0)
     p, y, weight = p[weight > 0], y[weight > 0], weight[weight > 0]
     bins = np.minimum((p * BINS).astype(int), BINS - 1)

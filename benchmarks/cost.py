@@ -6,13 +6,13 @@ Errors are detected in every BVH clip in or below the folders, as by `twistcore 
 output shows the processor time per megabyte of file (median, worst and their ratio), and the ten
 most expensive clips. The options are:
 
-- --profile: show the functions that take the most time, for the N worst clips;
-- --made: instead of folders, measure the sample repeated up to FRAMES frames with ERRORS injected
-  twist errors, in a separate process, and show its finds, processor time and peak memory;
-- --clip: measure one file in the same way;
+- --profile N: show the functions that take the most time, for the N worst clips
+- --made FRAMES ERRORS: measure the sample, repeated up to FRAMES frames and with ERRORS injected
+  twist errors, in a separate process, and show its detections, processor time and peak memory
+- --clip: measure one file in the same way
 - --cold: show the processor time of a whole `twistcore detect` in a new process, compared with
-  reading the same file and computing all angular speeds with plain numpy or with pybvh (--pybvh: an
-  interpreter that has it).
+  reading the same file and computing all angular speeds with plain numpy, or with pybvh (--pybvh is
+  an interpreter that has it)
 
 Seconds are processor time, on which other programs have little effect. Set OPENBLAS_NUM_THREADS=1,
 because threads of a linear algebra library also count. Compiled modules are kept, as in an
@@ -54,7 +54,19 @@ COLD_RUNS = 7
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of one clip: seconds of processor time, size and number of detections."""
+    """The cost of detection in one clip.
+
+    Attributes
+    ----------
+    path
+        The clip.
+    seconds
+        Processor time.
+    mb
+        Size of the file in MB.
+    frames, finds
+        Numbers of frames and of detections.
+    """
 
     path: Path
     seconds: float
@@ -64,7 +76,7 @@ class Cost:
 
     @property
     def per_mb(self) -> float:
-        """Return the seconds per megabyte."""
+        """Return the processor time per megabyte."""
         return self.seconds / max(self.mb, LEAST_MB)
 
 
@@ -76,7 +88,7 @@ def detected(path: Path) -> Detection:
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip. For a short clip, take the smallest time of several rounds."""
+    """Measure a clip. For a short clip, use the smallest time of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()
@@ -90,7 +102,7 @@ def cost_of(path: Path) -> Cost:
 
 
 def clips_below(folders: Sequence[Path]) -> list[Path]:
-    """Return all BVH files in and below the folders, without duplicates of the same content."""
+    """Return all BVH files in and below the folders, but files of equal name and size only once."""
     found: dict[tuple[str, int], Path] = {}
     for folder in folders:
         for path in sorted(folder.rglob("*.bvh")) if folder.is_dir() else [folder]:
@@ -115,10 +127,10 @@ def say_profile(path: Path) -> None:
 
 
 def make_clip(path: Path, frames: int, errors: int) -> None:
-    """Write the sample repeatedly, with twist errors of 20 to 60° at equal distances."""
+    """Write the sample, repeated up to `frames`, with injected twist errors of 20 to 60°."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
-    lines = lines + lines[::-1]  # forwards and backwards, so that no seam jumps
+    lines = lines + lines[::-1]  # forward and backward, so that the motion is continuous
     head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
     with path.open("w", encoding="ascii") as file:
         file.write(f"{head}Frame Time:{step}\n")
@@ -189,7 +201,7 @@ print(pybvh.read_bvh_file(sys.argv[1]).angular_velocities().shape)
 
 
 def cold_seconds(command: Sequence[str]) -> float:
-    """Return the smallest processor time of a new process, including its children."""
+    """Return the smallest processor time of a command in a new process, including its children."""
     best, quiet = np.inf, subprocess.DEVNULL
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept |= {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir(), "twistcore-cost"))}
@@ -203,7 +215,10 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cost of a cold start as a ratio to the cost of reading the same clip."""
+    """Print the cost of a whole command as a ratio to the cost of reading the same clip.
+
+    `with_pybvh` is an interpreter that has pybvh, or '' to use numpy.
+    """
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]

@@ -5,16 +5,16 @@
 For every BVH file in or below the folders (test files of other libraries are useful), these
 conditions are checked:
 
-- the file is read, or refused with a message; any other result is a fault;
-- a file written without corrections is the same byte for byte;
-- joints have the same positions in pybvh, as read, rewritten and corrected
+- The file is read, or refused with a message. Any other result is a fault.
+- A file written without corrections has the same bytes.
+- Joints have the same positions in pybvh, as read, rewritten and corrected
   (:mod:`benchmarks.bvh_crosscheck`), and, if PYTHON can import bpy, in Blender, rewritten and
   corrected (:mod:`benchmarks.blender_check`).
 
 --uncorrected skips the correction, which takes the most time. --list writes a line of JSON per
 file. The exit status is 1 if a file causes a fault or is changed by writing, or if the position of
 a joint differs. Files that pybvh or Blender refuses are counted but not judged. AMC files have a
-separate command, :mod:`benchmarks.amc_crosscheck`; the pages of a report are opened in a browser by
+separate command, :mod:`benchmarks.amc_crosscheck`, and the pages of a report have the test
 `python3 dev.py test tests/gui/test_report_in_browser.py`.
 """
 
@@ -40,7 +40,16 @@ from twistcore.formats.clip_files import BVH, clips_in
 class Peer:
     """The result of another program for a file.
 
-    Distances are shares of the height. A refused file has the program's message instead.
+    Attributes
+    ----------
+    name
+        Name of the program.
+    distances
+        Largest distances of joints as shares of the height.
+    most
+        Largest allowed distances.
+    refused
+        The program's message if it refused the file, or ''.
     """
 
     name: str
@@ -59,7 +68,21 @@ class Peer:
 
 @dataclass(frozen=True)
 class Checked:
-    """The check of one file: outcome, message, unchanged bytes, and the other programs."""
+    """The result of checking one file.
+
+    Attributes
+    ----------
+    path
+        The file.
+    outcome
+        'read', 'refused' or 'FAULT'.
+    said
+        The reader's message, or the size of the clip.
+    kept
+        True if writing without corrections keeps all bytes.
+    peers
+        The results of other programs.
+    """
 
     path: str
     outcome: str
@@ -69,13 +92,17 @@ class Checked:
 
     @property
     def is_wrong(self) -> bool:
-        """True if the check found any fault."""
+        """Whether the check found a fault."""
         differs = any(peer.outcome == "DIFFERS" for peer in self.peers)
         return self.outcome == "FAULT" or not self.kept or differs
 
 
 def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
-    """Check a file with our reader and with other programs."""
+    """Check a file with our reader and with other programs.
+
+    `blender` is an interpreter that can import bpy, or None. `correct` is True to compare corrected
+    files as well.
+    """
     try:
         clip = read_bvh(path)
         kept = comes_back(clip)
@@ -93,10 +120,7 @@ def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
 
 
 def asked(name: str, ask: Callable[[], tuple[float, ...]], most: tuple[float, ...]) -> Peer:
-    """Return the result of another program.
-
-    Its exceptions count as a refusal. Exceptions of our program are not caught.
-    """
+    """Return the result of another program. An exception in it counts as a refusal."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -128,7 +152,7 @@ def line_of(one: Checked) -> str:
 
 
 def summary(files: list[Checked]) -> list[str]:
-    """Return a text with the counts over all files."""
+    """Return lines of text with the counts over all files."""
     ours = Counter(one.outcome for one in files)
     lines = [
         f"{len(files)} files: {ours['read']} read, {ours['refused']} refused with a sentence, "
@@ -146,7 +170,7 @@ def summary(files: list[Checked]) -> list[str]:
 
 
 def main() -> int:
-    """Check all files, print one line for each, and then print the counts."""
+    """Check all files, and print one line for each and the counts."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -32,9 +32,9 @@ from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
-_CHAINS = 1  # with errors in a clip
+_CHAINS = 1  # number of chains with errors in a clip
 _SIZE = (1440, 900)
-# So that the first decision does not ask for a name, and each decides one interval.
+# With these settings, the program does not ask for a name, and a decision is on one interval.
 _NAMED = {"reviewer": "Kim", "group_errors": False}
 _FOREIGN = "another program wrote this"
 
@@ -53,8 +53,24 @@ def with_errors(source: Path, target: Path) -> None:
 class Day:
     """The events of the day.
 
-    - decided: the decisions, keyed by clip
-    - wrong: descriptions of failures
+    Attributes
+    ----------
+    log
+        The file to which events are written.
+    rng
+        The source of random numbers.
+    began
+        The time at which the day began, in seconds.
+    keys, clicks
+        Numbers of pressed keys and of clicks.
+    by_keys, by_mouse
+        Numbers of decisions with the keyboard and with the mouse.
+    kills, exports
+        Numbers of kills and exports.
+    decided
+        The decisions, keyed by clip.
+    wrong
+        Descriptions of failures.
     """
 
     log: IO[str]
@@ -75,7 +91,7 @@ class Day:
         return self.by_keys + self.by_mouse
 
     def tell(self, event: str, **more: object) -> None:
-        """Write a line to the log."""
+        """Write an event to the log."""
         line = {"s": round(time.monotonic() - self.began, 2), "event": event, **more}
         print(json.dumps(line), file=self.log, flush=True)
 
@@ -100,13 +116,13 @@ class Person:
     # -- input --------------------------------------------------------------------------------
 
     def press(self, *keys: str, counts: bool = True) -> None:
-        """Press keys. `counts` is False for keys that recover from an accident."""
+        """Press keys. `counts` is False for keys that are not part of the review."""
         self.screen.key(*keys)
         self.day.keys += len(keys) if counts else 0
         self._look(keys)
 
     def click(self, widget: str, *, counts: bool = True) -> None:
-        """Click the middle of a widget. `counts` has the same meaning as in `press`."""
+        """Click the middle of a widget. `counts` is as in :meth:`press`."""
         self.screen.click(self.program.rect(widget))
         self.day.clicks += 1 if counts else 0
         self._look(widget)
@@ -123,7 +139,7 @@ class Person:
             self.day.blame(f"a {focus} had the keys after {done}")
 
     def answer(self, text: str) -> None:
-        """Wait for the question in the message bar, and answer it with the button of this text."""
+        """Wait for a question in the message bar, and press the button with this text."""
         buttons = "[b.text() for b in window.bar.buttons()]"
         self.program.until(f"window.bar.isVisible() and {text!r} in {buttons}")
         place = self.program.ask(buttons).index(text)
@@ -170,7 +186,7 @@ class Person:
         return True
 
     def start_export(self) -> None:
-        """Start the export in the dialog."""
+        """Start the export, with the menu or with a shortcut."""
         if self.mouse:
             self.screen.click(self.program.ask("menu('File')"))
             self.program.until("entry('export_at_once') is not None")
@@ -181,7 +197,7 @@ class Person:
             self.day.keys += 1
 
     def export(self) -> str:
-        """Export the clip. Return the name of the clip that opens next, or '' if none is left."""
+        """Export the clip. Return the name of the clip that opens next, or '' if there is none."""
         last = self.clip
         self.start_export()
         end = time.monotonic() + 30.0
@@ -203,8 +219,8 @@ class Person:
 
 
 def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int) -> None:
-    """Review the whole folder: start, judge and export. Start again after each kill."""
-    accidents = {"overwrite": clips // 4, "change": 5 * clips // 8}  # after so many exports
+    """Review the whole folder. After each kill, start the program again."""
+    accidents = {"overwrite": clips // 4, "change": 5 * clips // 8}  # numbers of exports before
     kills = [clips // 5, clips // 2, 4 * clips // 5]
     expected = ""  # the clip that was open when the program was killed
     while True:
@@ -243,10 +259,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """Continue after a kill.
-
-    Check that the clip is offered again, and that no decision is missing.
-    """
+    """Continue after a kill. Check that the clip is offered again with all its decisions."""
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
     person.program.until("window.document.data is not None", 60.0)
@@ -266,7 +279,7 @@ def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
 
 
 def overwrite(person: Person, folder: Path) -> None:
-    """Let another program write the export's file. It must not be replaced silently."""
+    """Let another program write a file at the export's path. It must not be replaced silently."""
     clip = person.clip
     target = folder / f"{Path(clip).stem}_refined.bvh"
     target.write_text(_FOREIGN)
@@ -299,7 +312,7 @@ def change(person: Person, folder: Path) -> None:
 
 
 def kept(folder: Path, day: Day) -> int:
-    """Return the number of correct decisions in the sessions on disk. Record others as failures."""
+    """Return the number of decisions in the sessions on disk. Record missing ones as failures."""
     count = 0
     for clip, decisions in day.decided.items():
         session = json.loads((folder / f"{Path(clip).stem}.twist.json").read_text())
@@ -311,7 +324,7 @@ def kept(folder: Path, day: Day) -> int:
 
 
 def main() -> int:
-    """Simulate the day, and print the results."""
+    """Simulate the day and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)

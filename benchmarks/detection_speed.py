@@ -1,11 +1,16 @@
 """Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
-Repeats a sample up to 10,000 frames, injects errors into all ten chains, and prints the medians in
-ms of four durations: (a) the analysis, which does not depend on τ, with and without the tables of
-pairs of edges (the rest is signals and predictions); (b) the first τ of ten chains; (c) a new τ of
-ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is used once and
-selects a new set of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100 for signals and
-predictions, 20, 20, 2.
+A sample is repeated up to 10,000 frames, and errors are injected into all ten chains. The output
+shows the medians in ms of
+
+- the analysis, which does not depend on τ, in total and without the tables of pairs of edges (the
+  rest is signals and predictions),
+- the first τ of ten chains,
+- a new τ of ten chains, and
+- a new τ of one chain.
+
+An analysis caches its solutions, so every τ is used once and selects a new set of edges. Set
+OMP_NUM_THREADS=1 to use one core. Targets: 100 for signals and predictions, 20, 20, 2.
 
 Then find_chains, the analysis and the intervals at the automatic τ are measured for rigs of N
 joints in one line (--line N…), with 1,000 frames and an error in each chain every 140 frames.
@@ -40,7 +45,7 @@ BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a
 
 
 def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return the sample, played forwards and backwards, with errors.
+    """Return the sample, played forward and backward up to `frames`, with errors, and its chains.
 
     Each chain has an error every 140 frames.
     """
@@ -52,9 +57,9 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 
 
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return joints in one line that sway by about 10° at 60 Hz.
+    """Return a motion of joints in one line, with errors, and its chains.
 
-    The joints have 0.05° of noise, and errors.
+    The joints sway by about 10° at 60 Hz and have 0.05° of noise.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
@@ -69,7 +74,7 @@ def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Cha
 
 
 def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple[Chain, ...]]:
-    """Inject an error into each chain every 140 frames."""
+    """Inject an error into each chain every 140 frames, and return the motion and its chains."""
     frames, chains, errors = motion.frames, find_chains(motion), []
     for chain in chains:
         for start in range(20 + int(rng.integers(100)), frames - 160, 140):
@@ -80,7 +85,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """Return values of τ in radians. Each selects a different set of edges, and so does `FIRST`."""
+    """Return values of τ in radians, each of which selects a different set of edges."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})
@@ -100,7 +105,7 @@ def detected(motion: Motion) -> int:
 
 
 def main() -> None:
-    """Measure the speed, and print the results."""
+    """Measure the speed and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
     parser.add_argument("--line", type=int, nargs="*", default=[300])

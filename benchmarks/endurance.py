@@ -44,10 +44,10 @@ from twistcore.analysis.decomposition import WhatIf
 from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.review.model import resized
 
-MOST = 1.05  # times the memory at minute ten
+MOST = 1.05  # largest allowed memory as a multiple of the memory at minute ten
 SETTLED = 10.0  # minutes until caches reach their final size
 _PATIENCE = 120.0  # seconds for any single action
-# Counts that must not grow between equal states; counts of a clip depend on its review.
+# Counts that must not grow.
 _LEVEL = ("files", "threads", "processes", "windows", "widgets", "ours", "clips", "analyses")
 _OF_REVIEW = ("reviews", "states", "intervals")
 _LESSONS = ("tour", "exercise")
@@ -72,7 +72,7 @@ class Sitting:
     # -- input and waiting ------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], bool], what: str) -> None:
-        """Run the event loop until a condition holds. `what` describes the condition."""
+        """Run the event loop until a condition holds. Raises TimeoutError with the text `what`."""
         end = time.monotonic() + _PATIENCE
         while not ready():
             if time.monotonic() > end:
@@ -90,7 +90,7 @@ class Sitting:
         wait(2)
 
     def quiet(self) -> None:
-        """Wait until no opening, export, folder survey, typesetting or measurement is running."""
+        """Wait until no work is running: opening, export, survey, typesetting or measurement."""
         window = self.window
 
         def idle() -> bool:
@@ -102,7 +102,7 @@ class Sitting:
         self.wait(idle, "it does not come to rest")
 
     def open(self, path: Path) -> None:
-        """Open a clip, and wait until it is loaded."""
+        """Open a clip and wait until it is loaded."""
         window = self.window
         window.open_path(path)
         self.wait(
@@ -119,7 +119,7 @@ class Sitting:
     # -- actions --------------------------------------------------------------------------------
 
     def judge(self) -> None:
-        """Decide intervals with the keyboard, and undo some of these decisions."""
+        """Decide on intervals with the keyboard, and undo some of these decisions."""
         for _ in range(4):
             self.act("next_interval")
             self.key(self.rng.choice([Qt.Key.Key_A, Qt.Key.Key_A, Qt.Key.Key_R]))
@@ -127,10 +127,7 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit the edges of an interval by dragging and at the playhead.
-
-        Also insert and delete an interval by hand.
-        """
+        """Drag an edge of an interval, and insert, change and remove an interval by hand."""
         document = self.window.document
         self.act("next_of_all")
         if (judged := document.interval) is not None and judged.interval.repairable:
@@ -162,7 +159,7 @@ class Sitting:
         self.act(look)
 
     def drag_tau(self) -> None:
-        """Drag the τ of a chain up and down, and then back."""
+        """Drag the τ of a chain up, and undo this."""
         document = self.window.document
         assert document.data is not None
         chain = self.rng.choice(document.data.chains_and_limbs).name
@@ -225,13 +222,13 @@ class Sitting:
         self.wait(lambda: not window.document.opener.busy, "switch")
 
     def dialogs(self) -> None:
-        """Open and close all dialogs."""
+        """Open and close some of the dialogs."""
         for name in self.rng.sample(_DIALOGS, 4):
             self.dialog(name)
 
     def dialog(self, name: str) -> None:
-        """Open a dialog by its action and close it."""
-        QTimer.singleShot(30, self._close_dialogs)  # also for a dialog with its own event loop
+        """Open a dialog by its action, and close it."""
+        QTimer.singleShot(30, self._close_dialogs)  # works even if the dialog blocks this function
         self.act(name)
         wait(60)
         self._close_dialogs()
@@ -264,7 +261,7 @@ class Sitting:
         assert back == own, f"{back} is open after the {name}, and was {own}"
 
     def folder(self) -> None:
-        """Survey the folder again, and cancel this halfway."""
+        """Survey the folder again, and cancel the survey halfway."""
         window = self.window
         window.open_path(self.clips[0].parent)
         wait(self.rng.choice((200, 1500)))
@@ -300,9 +297,10 @@ class Sitting:
 
 
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
-    """Return the counts that grew after the first minutes.
+    """Return descriptions of the counts that grew after the first minutes.
 
-    Memory is compared by its medians over a tenth of the time each.
+    `noted` has the counts by minute. For memory, the medians over the first and the last tenth of
+    the time are compared.
     """
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
@@ -323,7 +321,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for some minutes. Return the counts by minute, the actions and the problems."""
+    """Review clips for some minutes. Return the counts by minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
@@ -336,7 +334,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
         begun = last = time.monotonic()
         print(f"  minute {Alive.heads()}   wrong", flush=True)
         sitting.open(clips[0])
-        for name in _DIALOGS:  # some are never deleted once they have been shown
+        for name in _DIALOGS:  # first, since some dialogs stay alive once they have been shown
             sitting.dialog(name)
         while True:
             for clip in clips:

@@ -5,7 +5,7 @@
 VERDICTS.csv has the columns of docs/atlas-verdicts.csv. FOLDER contains a folder of clips for every
 set in it. The output shows how many automatic corrections are errors, alarms and doubtful, both
 with the program's weights and with weights fitted to all other sets. It also shows the calibration
-of the probabilities (ECE), and the weights fitted to all sets.
+error of the probabilities (ECE), and the weights fitted to all sets.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
 from twistcore.tuning.learned_confidence import Bin, expected_error
 
-# The prior of the weights, suggested by physics, for weights that few finds determine.
+# The prior of the weights, suggested by physics. It matters for weights that few detections affect.
 PRIOR: Mapping[str, float] = {
     "base": -0.2,
     "azimuth_rougher": 1.5,
@@ -52,18 +52,30 @@ PRIOR: Mapping[str, float] = {
     "natural_size": 1.0,
     "long": 1.0,
 }
-PULL = 1.0  # towards the prior: nats for a distance of 1
-INJECTED = 40.0  # number of judged finds that all injected errors together are worth
-ALIKE = 0.6  # share of the frames of both from which a find is the judged one
+PULL = 1.0  # strength of the prior, in nats for a squared distance of 1
+INJECTED = 40.0  # weight of all injected errors together, as a number of judged detections
+ALIKE = 0.6  # minimum IoU of a detection and a judged interval that are the same
 BINS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A counter-twist in a clip of a set: the terms of its score, and its verdict.
+    """A counter-twist in a clip.
 
-    - verdict: 'error', 'alarm', 'doubtful', or '' if there is none
-    - straight: True if the evidence is the course of its angle over time
+    Attributes
+    ----------
+    set_name
+        Name of the set.
+    parts
+        The terms of the score before weighting, in the order of the weights.
+    verdict
+        'error', 'alarm', 'doubtful', or '' if there is none.
+    applied
+        True if the counter-twist is corrected automatically.
+    straight
+        True if the limb is straight, so that another kind of evidence was used.
+    probability
+        The confidence of the counter-twist.
     """
 
     set_name: str
@@ -113,7 +125,10 @@ def _alike(find: Find, start: int, stop: int) -> bool:
 
 
 def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np.ndarray]:
-    """Yield the score terms of detections that match errors injected into a motion."""
+    """Yield the terms of detections that match errors injected into a motion.
+
+    `name` and `seed` seed the errors, which `protocol` describes.
+    """
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
     motion = prepare(motion, chains, rules)
@@ -135,9 +150,10 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
-    """Fit the weights. Only the first one, the base, may be negative.
+    """Fit the weights to verdicts and to the terms of injected errors, and return them.
 
-    The signs of the others follow from physics.
+    Only the first weight, the base, may be negative, since the signs of the others follow from
+    physics.
     """
     prior = np.array([PRIOR[name] for name in WEIGHTS])
     told = [j for j in judged if j.verdict in ("error", "alarm") and not j.straight]
@@ -166,9 +182,10 @@ def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Return bins with equal numbers of detections, ordered by probability.
+    """Return bins with equal numbers of detections, sorted by probability.
 
-    Each bin has the 95 % interval of its share of errors.
+    Each bin has the 95 % interval of its share of errors. `right` is 1 for each detection that is
+    an error.
     """
     out = []
     for at in np.array_split(np.argsort(probabilities, kind="stable"), bins):

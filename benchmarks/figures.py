@@ -2,11 +2,11 @@
 
     python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 
-mae_by_segment.png shows the MAE by segment before and after correction, for both detectors [Choi26
-Fig. 6]. flips.png shows the genuine flips that the audit finds in CLIPS, with the joint's rotation
-per frame as evidence independent of the detector; they are also printed as a table. With --alarms
-FOLDER…, alarms.png shows the detections in clips without injected errors, with Δθp and Δθc around
-them.
+mae_by_segment.png shows the mean absolute error (MAE) by segment before and after correction, for
+both detectors [Choi26 Fig. 6]. flips.png shows the real flips in CLIPS that the benchmark's audit
+finds, with the joint's rotation per frame as evidence independent of the detector; the flips are
+also printed as a table. With --alarms FOLDER…, alarms.png shows the detections in clips without
+injected errors, with Δθp and Δθc around them.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def turns(motion: Motion, joint: int) -> np.ndarray:
 
 
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
-    """Return the clip, joint, motion and event of every flip in the clips of a folder."""
+    """Return the clip's name, the joint, the motion and the event of every flip in a folder."""
     found = []
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -84,7 +84,7 @@ def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
 
 
 def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) -> None:
-    """Draw one panel per clip: the rotation per frame of the joint that flips most often."""
+    """Draw the rotation per frame of the joint that flips most often, one panel per clip."""
     clips = list(dict.fromkeys(clip for clip, *_ in found))
     columns = 2
     rows = -(-len(clips) // columns)
@@ -113,7 +113,7 @@ def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) 
 
 
 def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
-    """Return one line per clip and joint: the frames, and the degrees about the bone."""
+    """Return a table with the frames and the angles of the flips, one line per clip and joint."""
     lines = ["| clip | joint | frame (degrees about the bone) |", "|---|---|---|"]
     for key in dict.fromkeys((clip, joint) for clip, joint, *_ in found):
         events = [e for clip, joint, _, e in found if (clip, joint) == key]
@@ -123,7 +123,7 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 
 
 def alarm_figure(folders: list[Path], path: Path) -> int:
-    """Draw one panel per interval found in captured clips. Return the number of intervals."""
+    """Draw Δθp and Δθc around each detection in the clips. Return the number of detections."""
     found = []
     for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion

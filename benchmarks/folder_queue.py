@@ -2,9 +2,9 @@
 
 Copies of the folder's clips get random errors in some of their chains, and are opened as a folder
 in the real window. The output shows the seconds until the first clip can be reviewed, the longest
-time and the 99th percentile for which the GUI thread is blocked, the clips analysed per second, and
-how well the order by severity agrees with the true one. With --scrub, the playhead moves all the
-time, so that drawing is included.
+time and the 99th percentile of the times for which the GUI thread is blocked, the clips analysed
+per second, and how well the order by severity agrees with the true one. With --scrub, the playhead
+moves all the time, so that drawing is included.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scipy.stats import spearmanr
 from inspector.app import make_application
 from inspector.collector import exclude_from_collection
 from inspector.session.settings import Settings
-from twistcore.batch.how_bad import root_mean_square
+from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import rewritten
@@ -44,11 +44,11 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     target.write_bytes(rewritten(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
-    return root_mean_square(found, clip.motion.frames, clip.motion.fps)
+    return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)
 
 
 def main() -> None:
-    """Measure the queue, and print the results."""
+    """Measure the queue and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)
@@ -90,7 +90,7 @@ def main() -> None:
         loop.exec()
         timer.stop()
         seconds = time.perf_counter() - begun
-        while not first:  # the worst clip opens once all are analysed, or after some seconds
+        while not first:  # the worst clip opens when all are analysed, or after some seconds
             QApplication.processEvents()
         measured = [window.queue.clips[p].severity for p in truth]
         agreement = spearmanr(measured, list(truth.values())).statistic

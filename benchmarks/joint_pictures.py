@@ -2,7 +2,7 @@
 
 A judge sees the same panels for every kind of error, so that the picture does not reveal the kind.
 The joint is marked, and the frames of the detection are shaded. Dotted lines show the corrected
-motion, if any. These pictures suit kinds that concern one joint or the whole body;
+motion, if there is one. These pictures suit kinds that concern one joint or the whole body;
 :mod:`benchmarks.atlas_pictures` shows more about the two joints of a chain.
 """
 
@@ -40,19 +40,31 @@ from twistcore.skeleton.rotation import (
 Array = NDArray[np.float64]
 Frames = NDArray[np.int64]
 
-SECONDS, FEWEST, MOST = 0.4, 12, 90  # of the curves on either side of a find: seconds and frames
+SECONDS, FEWEST, MOST = 0.4, 12, 90  # seconds, and limits in frames, of the curves on either side
 LEAST, LARGEST = 0.3, 60.0  # degrees per frame, the range of the colours for all joints
 BOX, ABOVE = np.array([0.92, 0.9]), 0.12  # the size of a drawn limb, and of the bone above it
 PINK = "#d0006f"
-OTHER = ("#c9862a", "#3f87c5")  # the bones of the left and of the right side
+OTHER = ("#c9862a", "#3f87c5")  # colours of the left and of the right side
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A find in its clip.
+    """A detection in its clip.
 
-    - after: the motion without the error, None without a correction
-    - own: the chain if the error is of two joints, None if of one joint
+    Attributes
+    ----------
+    motion
+        The motion of the clip.
+    after
+        The corrected motion, or None if the detection is not corrected.
+    chains
+        The chains and limbs.
+    own
+        The chain if the error is of two joints, or None if it is of one joint.
+    joint
+        Index of the joint.
+    start, stop
+        The frames [start, stop).
     """
 
     motion: Motion
@@ -65,7 +77,7 @@ class Scene:
 
     @staticmethod
     def of(motion: Motion, found: Interval) -> Scene:
-        """Return the scene of an interval. Its offset is the angle that a correction removes."""
+        """Return the scene of an interval, whose offset is the angle that a correction removes."""
         chains = AS_FOUND.chains(motion)
         own = next(c for c in chains if c.name == found.chain)
         joint = motion.skeleton.index(found.joint) if found.joint else own.parent
@@ -75,7 +87,7 @@ class Scene:
 
     @cached_property
     def window(self) -> Frames:
-        """The frames for which curves are drawn."""
+        """The frames for which curves are drawn, an array."""
         margin = max(round(SECONDS * self.motion.fps), FEWEST, (self.stop - self.start) // 2)
         margin = min(margin, MOST)
         return np.arange(max(self.start - margin, 0), min(self.stop + margin, self.motion.frames))
@@ -95,7 +107,7 @@ class Scene:
 
     @cached_property
     def path(self) -> list[int]:
-        """The joint, the end of its bone, and the end of the next bone, if they exist.
+        """The indices of the joint, of the end of its bone, and of the end of the next bone.
 
         A joint at the same position as its parent is left out.
         """
@@ -115,7 +127,7 @@ class Scene:
 
     @cached_property
     def hinge(self) -> Chain | None:
-        """The chain of the detection, or else the chain whose C or P is the joint."""
+        """The chain of the detection, or a chain whose child or parent is the joint, or None."""
         if self.own is not None:
             return self.own
         own = [c for c in self.chains if not isinstance(c, Limb) and c.axis.ndim == c.arm.ndim == 1]
@@ -124,7 +136,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a detection of :mod:`benchmarks.atlas` into a picture file."""
+    """Draw a `Find` of :mod:`benchmarks.atlas` into a file."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,
@@ -139,7 +151,7 @@ def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
 
 
 def picture(motion: Motion, found: Interval, output: Path, title: str = "") -> None:
-    """Draw an interval into a picture file. Its offset is the angle that a correction removes."""
+    """Draw an interval into a file. Its offset is the angle that a correction removes."""
     scene = Scene.of(motion, found)
     figure = plots.figure(figsize=(18, 17.6), dpi=72)
     figure.text(0.01, 0.985, title, fontsize=12, weight="bold")
@@ -162,7 +174,10 @@ def picture(motion: Motion, found: Interval, output: Path, title: str = "") -> N
 
 
 def _up(chains: tuple[Chain, ...], places: Array) -> Array:
-    """Return the upward direction of the body, along one of the coordinate axes."""
+    """Return the upward direction of the body, along one of the coordinate axes.
+
+    `places` are global positions, shape (frames, joints, 3).
+    """
     feet = [c.child for c in chains if c.segment == "Leg"]
     if not feet:
         return np.array([0.0, 1.0, 0.0])
@@ -172,7 +187,10 @@ def _up(chains: tuple[Chain, ...], places: Array) -> Array:
 
 
 def _across(chains: tuple[Chain, ...], places: Array) -> Array:
-    """Return the mean direction from the right side to the left side of the body."""
+    """Return the mean direction from the right to the left side of the body.
+
+    `places` are global positions, shape (frames, joints, 3).
+    """
     sides = [
         [c.child for c in chains if c.side == s and not isinstance(c, Limb)]
         for s in ("Left", "Right")
@@ -242,7 +260,10 @@ def _number(panel: Any, scene: Scene, frame: int, at: tuple[float, float]) -> No
 
 
 def _close_up(panel: Any, scene: Scene, count: int) -> None:
-    """Draw the joint's bone and the next two in the parent's frame, from two sides."""
+    """Draw the joint's bone and the next two in the parent's coordinates, from two sides.
+
+    `count` is the number of poses.
+    """
     at = scene.poses
     turned, ends = _limb(scene.motion.at(at), scene)
     sight, up = _view(ends[0])
@@ -279,15 +300,15 @@ def _close_up(panel: Any, scene: Scene, count: int) -> None:
 
 
 def _flat(points: Array, look: Array, up: Array) -> Array:
-    """Project points onto a plane perpendicular to the direction `look`, (…, 3) → (…, 2)."""
+    """Project points, (…, 3), onto the plane perpendicular to the direction `look`, (…, 2)."""
     return np.stack([points @ np.cross(up, look), points @ up], axis=-1)
 
 
 def _limb(part: Motion, scene: Scene) -> tuple[Array, Array]:
-    """Return the rotations of the path's joints, and the positions of the ends of their bones.
+    """Return the rotations of the joints in `path`, and the positions of the ends of their bones.
 
-    Both are relative to the joint, in the coordinates of its parent. The first position is the
-    parent's.
+    Both are relative to the joint, in the coordinates of its parent. The first position is that
+    joint's parent.
     """
     rotations, places = forward_kinematics(part)
     above = int(part.skeleton.parents[scene.joint])
@@ -319,7 +340,10 @@ def _bone_axis(motion: Motion, joint: int) -> Array:
 
 
 def _view(first: Array) -> tuple[Array, Array]:
-    """Return a viewing direction across the bones of the first pose, and the upward direction."""
+    """Return a viewing direction across the bones of the first pose, and the upward direction.
+
+    `first` are the positions of the bones' ends, shape (points, 3).
+    """
     bones = np.diff(first, axis=0)
     own = bones[1] if len(bones) > 1 else bones[0]
     other = bones[2] if len(bones) > 2 else bones[0]
@@ -395,14 +419,14 @@ def _titled(panel: Any, words: str) -> None:
 
 
 def _unwrapped(angle: Array, frames: Frames, start: int) -> Array:
-    """Return an angle in degrees over the frames, unwrapped, and 0 just before `start`."""
+    """Return an angle in degrees over the frames, unwrapped, and 0 in the frame before `start`."""
     own = np.degrees(np.unwrap(angle[frames]))
     at = max(int(np.searchsorted(frames, start)) - 1, 0)
     return np.asarray(own - own[at])
 
 
 def _rolls(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Plot the rolls of the joint and the next one, and the side of the next bone."""
+    """Plot the rolls of the joint and the next one, and the azimuth of the next bone."""
     known: dict[str, Array] = {}
     for shown, style in ((scene.motion, "-"), (scene.after, ":")):
         if shown is None:
@@ -436,16 +460,16 @@ def _rolls_of(motion: Motion, scene: Scene) -> dict[str, Array]:
 
 
 def _near(known: dict[str, Array], name: str, values: Array) -> Array:
-    """Return corrected angles, shifted by multiples of 360° to the uncorrected angles.
+    """Return angles, shifted by multiples of 360° so that they are near the first angles of a name.
 
-    `known` has the uncorrected angles, keyed by name.
+    `known` keeps the first angles of each name.
     """
     first = known.setdefault(name, values)
     return np.asarray(first + (values - first + 180.0) % 360.0 - 180.0)
 
 
 def _flexion(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return two bends of the joint in degrees: in its usual direction, and across it."""
+    """Return two bends of a chain's child in degrees: in its usual direction, and across it."""
     signals = Witnesses.of(motion, chain)
     bend, azimuth = np.radians(signals.bend), np.radians(signals.azimuth)
     usual = np.arctan2(
@@ -492,7 +516,7 @@ def _places(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _all_joints(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Plot how far each joint turns from frame to frame."""
+    """Plot the rotation of each joint from frame to frame as colours."""
     motion = scene.motion
     low = max(int(frames[0]) - 1, 0)
     part = motion.sliced(low, int(frames[-1]) + 1)
@@ -545,7 +569,7 @@ def _sides(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _whole_clip(panel: Any, scene: Scene) -> None:
-    """Plot the turn, roll and bend of the joint over the whole clip."""
+    """Plot the rotation per frame, the roll and the bend of the joint over the whole clip."""
     motion, joint = scene.motion, scene.joint
     frames = np.arange(motion.frames)
     roll = np.degrees(wrap(twist_angle(motion.rotations[:, joint], _bone_axis(motion, joint))))

@@ -6,7 +6,7 @@ For every clip below each folder, the output shows the spikes, joint jumps, plac
 steps per minute found in the original. Then a spike is injected into a random joint every 30 to 60
 frames. It counts as found if a spike or jump of this joint, or a body step, is detected in its
 frames. A second number also counts spikes in whose frames a flip or counter-twist of that joint is
-found, because a spike may happen to turn the joint about the line of a limb.
+found, because a spike may happen to rotate the joint about the line of a limb.
 """
 
 from __future__ import annotations
@@ -32,10 +32,7 @@ _FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
 
 
 def at_rate(motion: Motion, fps: float) -> Motion:
-    """Return every n-th frame of a motion.
-
-    n gives this frame rate or the nearest higher one.
-    """
+    """Return every n-th frame of a motion, at the given frame rate or the nearest higher one."""
     step = max(1, int(motion.fps / fps + 1e-6))
     kept = motion.at(np.arange(0, motion.frames, step))
     return type(kept)(
@@ -49,13 +46,19 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def is_other(spike: InjectedSpike, found: list[Interval], turned: dict[str, set[int]]) -> bool:
-    """True if a repairable error of the joint is found in the frames of the spike."""
+    """Return True if a twist error or flip of the joint is found in the frames of the spike.
+
+    `turned` has the joints that each chain's correction rotates, keyed by chain name.
+    """
     frames = spike.start, spike.stop
     return any((i.start, i.stop) == frames and spike.joint in turned[i.chain] for i in found)
 
 
 def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]) -> bool:
-    """True if a detection in the frames of the spike concerns its joint or the whole body."""
+    """Return True if a detection in the frames of the spike concerns its joint or the whole body.
+
+    `names` are the names of all joints.
+    """
     return any(
         i.start <= spike.stop
         and spike.start <= i.stop
@@ -65,7 +68,7 @@ def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]
 
 
 def measured(folder: Path, given: argparse.Namespace) -> str:
-    """Return the output line for a folder."""
+    """Return the output line for a folder. `given` are the options."""
     sound: Counter[str] = Counter()
     minutes, drawn, hit, known_by_other, extra = 0.0, 0, 0, 0, 0
     missed: Counter[str] = Counter()

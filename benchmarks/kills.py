@@ -1,7 +1,7 @@
 """Kill the program at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
 
-Needs Linux and a screen (such as `xvfb-run`). The program is killed with kill -9. There are
-three kinds of trials:
+The benchmark needs Linux and a screen (such as `xvfb-run`). The program is killed with kill -9.
+There are three kinds of trials:
 
 - Decisions: the program is killed between random commands in its real window. The disk must contain
   the last reported state or the next one, to the byte, and the next run must continue from there.
@@ -36,9 +36,20 @@ _Trial = Callable[[Path, int], object]
 
 
 def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float) -> int:
-    """Run a trial with every seed, with `kills` kills each. Return the number of failures.
+    """Run a trial with every seed, and return the number of failures.
 
-    No trial begins after the time `until`.
+    Parameters
+    ----------
+    name
+        Name of the kind of trial.
+    trial
+        The trial, called with a folder and a seed.
+    seeds
+        The seeds.
+    kills
+        Number of kills in each trial.
+    until
+        Time after which no trial begins.
     """
     failed, found = 0, 0
     for done, seed in enumerate(seeds, 1):
@@ -58,7 +69,7 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run all trials. Print their number and the failures, and return the exit code."""
+    """Run all trials, print the numbers of trials and failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--decisions", type=int, default=60, help="kills between decisions (60; even)"

@@ -2,7 +2,7 @@
 
     python -m benchmarks.large_clips [--frames N] [--joints N]
 
-Two clips are opened in the real window. The first is the sample with eight errors, repeated to
+Two clips are opened in the real window. The first is the sample with eight errors, repeated up to
 200,000 frames. The second is a generated skeleton of many short limbs (300 joints, 3,000 frames)
 with one error in each of ten limbs. The output shows the cost of opening, the memory at the end,
 the file size, and the median and 95th percentile of the cost of each user action until its last
@@ -48,9 +48,9 @@ from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 FRAMES, JOINTS, FRAMES_OF_JOINTS = 200_000, 300, 3_000
-_LIMB = 5  # joints of a made limb
-_STEPS = 60  # of each kind
-_PATIENCE = 1_800.0  # seconds
+_LIMB = 5  # number of joints of a generated limb
+_STEPS = 60  # number of actions of each kind
+_PATIENCE = 1_800.0  # seconds to wait for the clip
 
 
 def long_clip(path: Path, frames: int) -> None:
@@ -65,7 +65,7 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body with many joints: a root, and limbs of five joints that swing and twist.
+    """Write a clip of a generated body: a root, and limbs of five joints that swing and twist.
 
     In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
     back.
@@ -101,7 +101,19 @@ def many_joints(path: Path, joints: int, frames: int) -> None:
 
 @dataclass
 class Measured:
-    """CPU times in milliseconds, keyed by action."""
+    """The results for one clip.
+
+    Attributes
+    ----------
+    opened
+        CPU time of opening, in milliseconds.
+    shown
+        A description of the clip.
+    steps
+        CPU times in milliseconds, keyed by action.
+    mib
+        Memory at the end, in MiB.
+    """
 
     opened: float = 0.0
     shown: str = ""
@@ -128,7 +140,7 @@ def a_window() -> MainWindow:
 
 
 def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
-    """Open a clip and imitate a user. Each kind of action is repeated `steps` times."""
+    """Open a clip and imitate a user. Each kind of action is repeated up to `steps` times."""
     found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 
@@ -187,7 +199,7 @@ def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STE
 
 
 def main() -> None:
-    """Measure both clips, and print a table for each."""
+    """Measure both clips and print a table for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--frames", type=int, default=FRAMES, help="frames of the long clip; 0: none"

@@ -2,12 +2,13 @@
 
 The folders contain clips named SUBJECT_TRIAL.bvh. A simulated reviewer
 (benchmarks.simulated_reviewer) decides on 200 intervals, a tenth of them wrong, in clips of some
-subjects. The map learned from them is tested on clips of *other* subjects, with the same share of
-wrong intervals, by the expected calibration error (ECE, ten bins). Wrong intervals are false alarms
-of the detector, decoys that this reviewer considers natural, or both in equal parts; in another
-test, 5 % of all decisions are mistakes. Subject 05, on which the built-in map was fitted, is never
-used for testing. The number after ± is half of the 90 % range over random draws of verdicts and
-test clips. For comparison, the ECE of a perfect map is shown; by chance, it is not 0.
+subjects. The map from the detector's confidence to the learned one is fitted to these decisions and
+tested on clips of *other* subjects, with the same share of wrong intervals, by the expected
+calibration error (ECE, ten bins). Wrong intervals are false alarms of the detector, decoys that
+this reviewer considers natural, or both in equal parts; in another test, 5 % of all decisions are
+mistakes. Subject 05, on which the built-in map was fitted, is never used for testing. The number
+after ± is half of the 90 % range over random draws of verdicts and test clips. For comparison, the
+ECE of a perfect map is shown; by chance, it is not 0.
 
 The form and prior of the map were chosen on passes 0 to 3; the reported passes begin at 4.
 """
@@ -23,11 +24,16 @@ import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
 from twistcore.formats.clip_files import BVH, clips_in
-from twistcore.tuning.learned_confidence import Seen, learned, reliability, seen
+from twistcore.tuning.learned_confidence import (
+    ConfidenceVerdicts,
+    fit_confidence,
+    reliability,
+    verdicts_with_confidence,
+)
 
 VERDICTS = 200
 DRAWS = 20
-CHOSEN_ON = 4  # first passes, used to choose the map and so not for testing it
+CHOSEN_ON = 4  # number of the first passes, which chose the map and so cannot test it
 SCENES = (
     ("false alarms", (NATURAL,), 0.0),
     ("decoys", (DECOY,), 0.0),
@@ -37,10 +43,7 @@ SCENES = (
 
 
 def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Reviewed]:
-    """Return the results of one pass over all clips.
-
-    They are cached in the folder `keep`.
-    """
+    """Return the reviewed clips of one pass over all clips, cached in the folder `keep`."""
     file = keep / f"reviewed_{seed}.pickle" if keep else None
     if file and file.exists():
         return list(pickle.loads(file.read_bytes()))
@@ -50,23 +53,25 @@ def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Revie
     return found
 
 
-def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
-    """Return whole clips drawn at random with replacement."""
+def drawn_clips(given: ConfidenceVerdicts, rng: np.random.Generator) -> ConfidenceVerdicts:
+    """Return the verdicts on whole clips drawn at random with replacement."""
     clips = np.unique(given.clip)
     at = [np.flatnonzero(given.clip == c) for c in rng.choice(clips, len(clips))]
     chosen = np.concatenate(at)
-    return Seen(given.confidence[chosen], given.accepted[chosen], given.clip[chosen])
+    return ConfidenceVerdicts(given.confidence[chosen], given.accepted[chosen], given.clip[chosen])
 
 
 def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> None:
-    """Print one block of results: learned from some clips and tested on others."""
+    """Print one block of results for a map fitted to some clips and tested on others."""
     print(f"\n{title}: {len(fit)} passes over clips to learn from, {len(test)} to test on")
     for name, kinds, mistaken in SCENES:
         rows = []
         for seed in range(DRAWS):
             rng = np.random.default_rng(seed)
-            found = learned(seen(sampled(fit, kinds, rng, VERDICTS, mistaken)))
-            whole = seen(sampled(test, kinds, rng, None, mistaken))
+            found = fit_confidence(
+                verdicts_with_confidence(sampled(fit, kinds, rng, VERDICTS, mistaken))
+            )
+            whole = verdicts_with_confidence(sampled(test, kinds, rng, None, mistaken))
             size = len(whole)
             for judged in (whole, *(drawn_clips(whole, rng) for _ in range(5))):
                 told = found.of(judged.confidence)

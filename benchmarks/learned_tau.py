@@ -51,7 +51,7 @@ def captured(path: Path, harder: str) -> Motion:
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
-    """Return the curves from which a clip's τ is chosen, keyed by chain."""
+    """Return the curves from which a clip's τ is chosen, keyed by chain name."""
     tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
@@ -59,7 +59,8 @@ def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
     """Return the results of a τ for a clip.
 
-    These are, by protocol, the repaired and all error frames, and the false alarms.
+    For each protocol, these are the number of repaired error frames and of all error frames. The
+    last number is that of false alarms. `tau` is in radians, keyed by chain name.
     """
     row = []
     for protocol in PROTOCOLS:
@@ -74,7 +75,7 @@ def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float
 
 
 def report(title: str, rows: Array, tau: Sequence[float]) -> None:
-    """Print the results of a τ. `rows` are results of :func:`judge`, one per clip."""
+    """Print the results of a τ. `rows` are results of :func:`judge`, one for each clip."""
     total, told = rows.sum(axis=0), []
     for k, protocol in enumerate(PROTOCOLS):
         share = 100 * total[2 * k] / total[2 * k + 1]
@@ -95,7 +96,10 @@ def _clips(well: Mask) -> str:
 def by_verdicts(
     clips: Sequence[Reviewed], kinds: Sequence[str], names: Sequence[str], seed: int
 ) -> dict[str, float]:
-    """Return the τ of each chain learned from up to 200 verdicts, or {} if there are too few."""
+    """Return the τ of each chain learned from up to 200 verdicts, or {} if there are too few.
+
+    `kinds` are the kinds of wrong intervals among them.
+    """
     given = sampled(clips, kinds, np.random.default_rng(seed), VERDICTS)
     found = common_tau(given)
     return {name: tau for name in names if (tau := found.tau(name)) is not None}
@@ -104,7 +108,7 @@ def by_verdicts(
 def judged(
     clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
 ) -> None:
-    """Test a τ and print the result. If τ is None, print that there were too few verdicts."""
+    """Test a τ on clips and print the results, or that there were too few verdicts."""
     if not tau:
         print(f"  {title:<30} too few verdicts for a τ")
         return

@@ -1,4 +1,4 @@
-"""Write the sample clip of the lesson on thresholds and carried rolls.
+"""Write the sample clip for the lesson on thresholds and carried rolls.
 
     python -m benchmarks.lesson_clip OUT.bvh
 

@@ -4,8 +4,9 @@
 
 Before errors are injected, one joint of every chain keeps only a share of its captured twist. At a
 share of 0, it does not twist at all, like one joint in every chain of the CMU rig. The other
-joint's twist, the speed, the frame rate and the errors stay the same. The table shows the FSR in
-per cent by clip, protocol and share, and the median of σ of d, with which a jump is compared.
+joint's twist, the speed, the frame rate and the errors stay the same. For each clip, protocol and
+share, the table shows the share of repaired error frames (FSR) in per cent, and the median of σ,
+the noise with which a jump of the counter-rotation d is compared.
 
 --edges-known passes the frames of all edges to the detector's first pass, so that it does not treat
 them as motion. If this finds more errors, the detector had mistaken the missed ones for motion.
@@ -49,7 +50,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
     """Return the motion with the twist of all parents, or of all children, reduced to a share.
 
     Δθp depends only on a chain's parent, Δθc only on its child, and both are sums of twists about
-    the bone. Reducing one therefore leaves Δθp and Δθc of other chains unchanged.
+    the bone. So reducing one leaves Δθp and Δθc of other chains unchanged.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -68,7 +69,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
     """Pass the frames at the edges of one limb's errors to the first pass of the detector.
 
-    These frames are then not treated as natural motion.
+    In the block, the detector does not treat these frames as natural motion.
     """
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
@@ -108,14 +109,14 @@ def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float
 
 
 def sigma(scene: CleanScene) -> float:
-    """Return the median of σ of d over frames and chains, in degrees."""
+    """Return the median of σ of the counter-rotation over frames and chains, in degrees."""
     analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
     of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]
     return float(np.degrees(np.median(of_chains)))
 
 
 def main() -> None:
-    """Measure every clip, and print its rows of the table."""
+    """Measure every clip and print its rows of the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--protocol", nargs="+", default=["H3-4", "H6"])

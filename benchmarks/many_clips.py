@@ -1,4 +1,4 @@
-"""Open clips one after the other in one view, and check memory and VTK objects.
+"""Open clips one after the other in one view, and check that memory and VTK objects do not grow.
 
     python benchmarks/many_clips.py [--clips N] [--json]
 
@@ -30,8 +30,8 @@ from tests.gui.waiting import wait
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 CLIPS = ("walk.bvh", "walk_injected.bvh", "dance.bvh", "basketball.bvh")
-WARM = 20  # clips after which caches have their final size
-MOST_MIB = 20.0  # growth after those
+WARM = 20  # number of clips after which caches have their final size
+MOST_MIB = 20.0  # largest allowed growth after these clips
 
 
 def resident() -> float:
@@ -63,7 +63,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 
 
 def measure(count: int) -> dict[str, float | int]:
-    """Return the memory and the number of objects, both after the warm-up and at the end."""
+    """Open `count` clips, and return memory and numbers of objects after a while and at the end."""
     document = Document()
     view = Viewport(document, Colours(DARK))
     view.resize(640, 400)
@@ -94,7 +94,7 @@ def measure(count: int) -> dict[str, float | int]:
 
 
 def is_level(found: dict[str, float | int]) -> bool:
-    """True if neither memory nor the number of objects has grown."""
+    """Return True if neither memory nor the number of objects has grown."""
     return (
         found["memory_end_mib"] - found["memory_warm_mib"] <= MOST_MIB
         and found["objects_end"] <= found["objects_warm"]
@@ -103,7 +103,7 @@ def is_level(found: dict[str, float | int]) -> bool:
 
 
 def main() -> int:
-    """Print the table. Exit with status 1 if something has grown."""
+    """Print the table. Return 1 if something has grown."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clips", type=int, default=200)
     parser.add_argument("--json", action="store_true")

@@ -1,11 +1,14 @@
-"""Find limbs whose upper and lower parts turn against each other, in world coordinates.
+"""Find limbs whose upper and lower parts rotate against each other, in world coordinates.
 
-The judge :mod:`benchmarks.real_flips` uses this module. It does not use the detectors' signals. A
-mirrored transition is a window of 0.13 s in which P (upper arm or thigh) and C turn about P's bone
-by at least 10° each, in opposite directions, and the angles differ by at most 35 % of the larger
-one. Overlapping windows count once. A limb counts as bent if the angle between the bones of C and P
-is more than 30°, and as straight if it is less than 18°. A frame counts as changed if the
-correction turned P about its bone by more than 2°.
+The joints of a limb are called P, C and E: shoulder, elbow and wrist, or hip, knee and ankle. The
+judge :mod:`benchmarks.real_flips` uses this module. It does not use the detectors' signals.
+
+- A mirrored transition is a window of 0.13 s in which P and C rotate about P's bone by at least 10°
+  each, in opposite directions, and the angles differ by at most 35 % of the larger one. Overlapping
+  windows count once.
+- A limb is bent if the angle between the bones of C and P is more than 30°, and straight if it is
+  less than 18°.
+- A frame is changed if the correction rotated P about its bone by more than 2°.
 """
 
 from __future__ import annotations
@@ -19,16 +22,21 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 
 WINDOW = 0.13  # seconds
-LEAST, OPEN = 10.0, 0.35  # degrees; of the larger turn
+LEAST, OPEN = 10.0, 0.35  # minimum angle in degrees; share of the larger angle
 BENT, STRAIGHT = 30.0, 18.0  # degrees
 CHANGED = 2.0  # degrees
 
 
 @dataclass(frozen=True)
 class Straightness:
-    """The numbers of frames with a bent limb and with a straight one.
+    """Numbers of frames.
 
-    `bent_changed` and `straight_changed` are the numbers of frames changed by the correction.
+    Attributes
+    ----------
+    bent, straight
+        Frames with a bent and with a straight limb.
+    bent_changed, straight_changed
+        Those of them that the correction changed.
     """
 
     bent: int = 0
@@ -43,9 +51,9 @@ class Straightness:
 
 
 def twist(turned: Array, bone: Array) -> Array:
-    """Return the angle of rotations about unit directions, in degrees.
+    """Return the angle of rotations about unit directions, in degrees, shape (frames,).
 
-    `turned` has the shape (frames, 3, 3), and `bone` (frames, 3).
+    `turned` are rotation matrices, (frames, 3, 3), and `bone` are the directions, (frames, 3).
     """
     q = Rotation.from_matrix(turned).as_quat()
     along = (q[:, :3] * bone).sum(axis=1)
@@ -53,10 +61,16 @@ def twist(turned: Array, bone: Array) -> Array:
 
 
 def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[tuple[int, float]]:
-    """Return the first frame of each mirrored transition, and the angle by which P turns in it.
+    """Return the first frame of each mirrored transition, and the angle in degrees of P in it.
 
-    - above, p, c: the global orientations of P's parent, P and C, (frames, 3, 3)
-    - bone: the unit direction of P's bone in P's frame, (frames, 3)
+    Parameters
+    ----------
+    above, p, c : array, shape (frames, 3, 3)
+        The global orientations of P's parent, P and C.
+    bone : array, shape (frames, 3)
+        The unit direction of P's bone in P's coordinates.
+    fps
+        Frames per second.
     """
     own, below = (np.einsum("fji,fjk->fik", a, b) for a, b in ((above, p), (p, c)))
     x = twist(np.einsum("fji,fjk->fik", own[:-1], own[1:]), bone[1:])
@@ -78,9 +92,9 @@ def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[
 
 
 def bends(p: Array, c: Array, e: Array) -> Array:
-    """Return the angle between the bones P-C and C-E, in degrees.
+    """Return the angle between the bones P-C and C-E in degrees, shape (frames,).
 
-    `p`, `c` and `e` are positions (frames, 3).
+    `p`, `c` and `e` are positions, (frames, 3).
     """
     upper, lower = c - p, e - c
     away = np.linalg.norm(np.cross(upper, lower), axis=1)
@@ -90,7 +104,14 @@ def bends(p: Array, c: Array, e: Array) -> Array:
 def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
     """Count the frames with a bent and with a straight limb, and how many of them changed.
 
-    `before` and `after` are global orientations of P, (frames, 3, 3).
+    Parameters
+    ----------
+    bend : array, shape (frames,)
+        The angle between the bones in degrees.
+    before, after : array, shape (frames, 3, 3)
+        The global orientations of P before and after the correction.
+    bone : array, shape (frames, 3)
+        The unit direction of P's bone in P's coordinates.
     """
     changed = np.abs(twist(np.einsum("fji,fjk->fik", before, after), bone)) > CHANGED
     bent, straight = bend > BENT, bend < STRAIGHT

@@ -17,7 +17,7 @@ from __future__ import annotations
 import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = (
-    "1"  # set before importing numpy: one process per mutant is enough
+    "1"  # set before numpy is imported; each mutant has one process and needs no threads
 )
 
 import argparse
@@ -130,9 +130,9 @@ CHANGES = ("killed", "timeout", "survived")
 
 
 def tests_of(path: Path) -> list[str]:
-    """Return the test files for a module.
+    """Return the test files for a module: those in TESTS, or those named like the module or folder.
 
-    They come from TESTS, or else are tests/twistcore/test_<module or folder>.py.
+    Raises ValueError if there are none.
     """
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:
@@ -145,9 +145,9 @@ def tests_of(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the mutants. Return 0 on success.
+    """Try the mutants, and return 0 on success.
 
-    Return 1 if fewer than --least per cent are killed, and 2 if none ran.
+    Returns 1 if fewer than --least per cent are killed, and 2 if none could be tried.
     """
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.mutation",
@@ -209,7 +209,7 @@ def _sampled(
 def _count(ended: Iterable[tuple[Mutant, str]], tried: int) -> Counter[str]:
     counts = Counter[str]()
     for mutant, outcome in ended:
-        counts[outcome] += 1  # no tqdm: its thread and its lock would also be forked
+        counts[outcome] += 1  # tqdm is not used, because its thread and lock would be forked
         if sys.stderr.isatty():
             print(f"\r{mutant.path}: {counts.total()} of {tried}", end="\r", file=sys.stderr)
         if outcome == "survived":

@@ -5,7 +5,7 @@
 Every clip, at 20, 30 and 120 frames per second, gets Gaussian noise of 0.05-0.1 on the components
 of the quaternions of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows precision and recall
 by frame, the bursts found in the original clips, and two numbers for the automatic corrections of
-`refine`: corrections that touch the burst, and frames changed outside it. Changes that also occur
+`refine`: corrections that overlap the burst, and frames changed outside it. Changes that also occur
 without the burst are not counted.
 """
 
@@ -30,7 +30,7 @@ RATES = 20.0, 30.0, 120.0
 
 
 def at_rate(motion: Motion, fps: float) -> Motion:
-    """Return every n-th frame of a motion."""
+    """Return every n-th frame of a motion, at about the given frame rate."""
     step = max(1, round(motion.fps / fps))
     return replace(
         motion,
@@ -54,7 +54,7 @@ def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice]
 
 
 def found_in(motion: Motion) -> np.ndarray:
-    """Return a mask of the frames in which bursts are found, (frames,)."""
+    """Return a mask of the frames in which noise bursts are found, shape (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for burst in noise_bursts(motion):
         mask[burst.start : burst.stop] = True
@@ -62,12 +62,12 @@ def found_in(motion: Motion) -> np.ndarray:
 
 
 def changed(clip: ClipAnalysis) -> list[tuple[str, int, int]]:
-    """Return the chain and the frames of each automatic correction."""
+    """Return the chain and the frames of each automatic correction, as (chain, start, stop)."""
     return [(i.chain, i.start, i.stop) for i in automatic_corrections(clip.detect(kinds=REPAIRED))]
 
 
 def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counter[str]:
-    """Return the counts for one clip."""
+    """Return the counts for one clip. `detect` is True to count corrections as well."""
     sound = found_in(motion)
     count = Counter(false=int((np.diff(sound.astype(int), prepend=0) > 0).sum()))
     if (made := with_noise(motion, rng)) is None:

@@ -4,12 +4,16 @@
 
 Every BVH in the folders is corrected until nothing is found (unless --as-it-is is given), and then
 written as other programs do: with angles in whole degrees or in tenths, with frames held at 120
-frames per second, or with linear keys every 5, 10 or 15 frames. The table shows the automatic
-corrections per minute, compared with the clip itself (for held frames and keys also with the kept
-frames at their own rate), and how many errors of 15-150° are repaired. These errors are injected
-before writing and, for held frames and keys, also after it, frame by frame. An error counts as
-repaired if four fifths of its frames, or of its keys, are corrected by at least four fifths. The
-exit status is 1 if any notation has over 0.2 corrections per minute more than the clip itself.
+frames per second, or with linear keys every 5, 10 or 15 frames. The table shows
+
+- the automatic corrections per minute, compared with those in the clip itself (for held frames and
+  keys also with the kept frames at their own rate), and
+- how many errors of 15-150° are repaired. These errors are injected before writing and, for held
+  frames and keys, also after it, frame by frame.
+
+An error counts as repaired if four fifths of its frames, or of its keys, are corrected by at least
+four fifths. The exit status is 1 if any notation has over 0.2 corrections per minute more than the
+clip itself.
 """
 
 from __future__ import annotations
@@ -45,14 +49,26 @@ from twistcore.synthesis import (
 )
 
 HELD_FPS = 120.0
-MOST = 0.2  # additional automatic corrections per minute, compared with the clip
-ROUNDS = 3  # of correcting a clip until it is clean
-REPAIRED = 0.8  # share of its frames, and share of the error
+MOST = 0.2  # largest allowed number of additional automatic corrections per minute
+ROUNDS = 3  # maximum number of times that a clip is corrected until nothing is found
+REPAIRED = 0.8  # minimum share of the frames, and of the error, that must be corrected
 
 
 @dataclass(frozen=True)
 class Notation:
-    """A way to write a clip: angles rounded to `step` degrees, frames held, or linear keys."""
+    """A way to write a clip.
+
+    Attributes
+    ----------
+    name
+        Name of the notation.
+    step
+        The step to which angles are rounded, in degrees, or 0.
+    held
+        True to repeat frames.
+    keys
+        The number of frames between linear keys, or 0.
+    """
 
     name: str
     step: float = 0.0
@@ -62,7 +78,7 @@ class Notation:
     def repeats(self, fps: float) -> tuple[int, int]:
         """Return the interval between kept frames, and how often each is repeated.
 
-        About 30 frames per second are kept.
+        For held frames, about 30 frames per second are kept. `fps` is the clip's frame rate.
         """
         if self.keys:
             return self.keys, self.keys
@@ -105,10 +121,7 @@ def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
 
 
 def kept(clip: BvhClip, notation: Notation) -> BvhClip:
-    """Return the clip with which a notation is compared.
-
-    This is the original or, for held frames, every n-th frame of it.
-    """
+    """Return the clip with which a notation is compared: every frame that the notation keeps."""
     every, _ = notation.repeats(1.0 / clip.frame_time)
     return with_values(clip, clip.values[::every], clip.frame_time * every) if every > 1 else clip
 
@@ -130,7 +143,10 @@ def corrections(clip: BvhClip) -> tuple[Interval, ...]:
 
 
 def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedError, ...]]:
-    """Return the chains of a clip, and random errors of 15-150° in two of them."""
+    """Return the chains of a clip, and random errors of 15-150° in two of them.
+
+    `seed` and `words` seed the errors together with the clip's name.
+    """
     protocol = replace(parse_protocol("P0"), delta=(15.0, 150.0))
     rng = generator(seed, clip.name + words)
     chains = find_chains(clip.motion)
@@ -145,12 +161,12 @@ def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:
-    """Return the offsets of the corrections in radians, (frames,), keyed by chain."""
+    """Return the offsets of the counter-twists in radians, (frames,), keyed by chain name."""
     return offsets_by_chain((i for i in found if i.kind == Kind.COUNTER_TWIST), frames)
 
 
 def repaired(errors: Sequence[InjectedError], offsets: dict[str, Array]) -> int:
-    """Return the number of repaired errors."""
+    """Return the number of repaired errors. `offsets` is the result of :func:`by_chain`."""
     count = 0
     for e in errors:
         taken = offsets[e.chain][e.start : e.stop] if e.chain in offsets else 0.0
@@ -160,7 +176,19 @@ def repaired(errors: Sequence[InjectedError], offsets: dict[str, Array]) -> int:
 
 
 class Row:
-    """The counts for one notation."""
+    """The counts for one notation.
+
+    Attributes
+    ----------
+    seconds
+        Duration of the clips.
+    found, of_clip, of_kept
+        Numbers of automatic corrections in the notation, in the clips, and in the kept frames.
+    kinds
+        Number of corrections, keyed by kind.
+    errors, repaired
+        Numbers of injected and of repaired errors, keyed by 'before' or 'after' writing.
+    """
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -182,7 +210,7 @@ class Row:
 
 
 def measure(clip: BvhClip, notation: Notation, row: Row, seeds: int, show: bool) -> None:
-    """Measure one clip and add the results to the row."""
+    """Measure one clip and add the results to the row. `show` is True to print each correction."""
     base = kept(clip, notation)
     _, often = notation.repeats(1.0 / clip.frame_time)
     whole = notation.written(base, often)
@@ -218,7 +246,7 @@ def measure(clip: BvhClip, notation: Notation, row: Row, seeds: int, show: bool)
 
 
 def main() -> int:
-    """Measure every notation, and print a table."""
+    """Measure every notation and print a table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--clips", type=int, default=None, help="the first N of each folder")

@@ -23,7 +23,7 @@ from twistcore.skeleton.chain import find_chains
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
 
-# Reasons by the reader's message; the first match is used.
+# The reason for each message of the reader. The first match is used.
 OUTCOMES = {
     "numbers in this row": "every later number would move into another channel",
     "expected MOTION": "there is no motion",
@@ -38,7 +38,7 @@ OUTCOMES = {
     "second OFFSET": "the rows fit only so",
     "not usable": "poses do not depend on the rate, and `--fps` sets it",
 }
-# Reasons without an assumption, by the oddity in the file's name.
+# The reason for a file without a message, by a part of the file's name.
 ODDITIES = {
     "rotation_before_position": "each joint's channels have their own order",
     "orders": "each joint's channels have their own order",
@@ -61,7 +61,19 @@ PLAIN = "nothing in the file is unusual"
 
 @dataclass(frozen=True)
 class Row:
-    """A file's name, its result with the reason, and whether its bytes were reproduced."""
+    """The result for one file.
+
+    Attributes
+    ----------
+    name
+        Name of the file.
+    done
+        How the file was read.
+    why
+        The reason.
+    kept
+        True if the file's bytes were reproduced.
+    """
 
     name: str
     done: str
@@ -70,7 +82,7 @@ class Row:
 
 
 def row(path: Path) -> Row:
-    """Return the row of a file."""
+    """Read a file and return its row of the table."""
     try:
         clip = read_bvh(path)
     except BvhError as error:
@@ -100,7 +112,7 @@ def _why(outcome: str, path: Path) -> str:
 
 
 def comes_back(clip: Clip) -> bool:
-    """True if writing the clip without corrections reproduces the bytes that were read."""
+    """Return True if writing the clip without corrections reproduces its bytes."""
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
         write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
@@ -119,7 +131,7 @@ def _cell(text: str) -> str:
 
 
 def written_into(page: str, rows: list[Row]) -> str:
-    """Return the page with the table between its marks. Raise ValueError if these are missing."""
+    """Return the page with the table between its marks. Raises ValueError if there are no marks."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
@@ -128,7 +140,7 @@ def written_into(page: str, rows: list[Row]) -> str:
 
 
 def main() -> int:
-    """Print the table, or write it into the page."""
+    """Print the table, or write it into the page. Return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")

@@ -26,13 +26,13 @@ from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Redetect
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 FRAMES = 100_000
 
 
 def main() -> None:
-    """Measure panning, and print the table."""
+    """Measure panning and print the table."""
     make_application()
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
@@ -51,7 +51,9 @@ def _measure(window: MainWindow) -> None:
     print(" intervals   frames in view   median    p95   (ms)")
     for count in (1_000, 10_000):
         step = FRAMES // count
-        found = tuple(constant(CHAIN, k, k + step // 2, 0.3) for k in range(1, FRAMES - step, step))
+        found = tuple(
+            constant_interval(CHAIN, k, k + step // 2, 0.3) for k in range(1, FRAMES - step, step)
+        )
         document.do(Redetect({CHAIN: 0.1}, found))
         wait(500)
         for view in (FRAMES // 2, FRAMES // 100):

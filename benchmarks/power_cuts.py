@@ -40,14 +40,22 @@ TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\
 
 @dataclass(frozen=True)
 class MadeJournal:
-    """The bytes of a journal, and the bytes of the session after each line of the journal."""
+    """A journal of random steps.
+
+    Attributes
+    ----------
+    data
+        The bytes of the journal.
+    states
+        The bytes of the session after each line of the journal.
+    """
 
     data: bytes
     states: tuple[bytes, ...]
 
 
 def made_journal(folder: Path, seed: int) -> MadeJournal:
-    """Return a journal of random steps drawn with a seed."""
+    """Return a journal of random steps, which `seed` seeds."""
     rng, review, path = random.Random(seed), fresh(), folder / "made.journal"
     states = [session_bytes(CLIP, review.state)]
     with closing(Journal(path, CLIP, review.state)) as journal:
@@ -76,9 +84,9 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
 def cut_journal(
     journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
 ) -> int:
-    """Cut the journal at each place, with each tail. Return the number of trials.
+    """Cut the journal at each place, with each tail, and recover it. Return the number of trials.
 
-    Raise AssertionError if a trial fails.
+    Raises AssertionError if a trial fails.
     """
     path, tried = folder / "cut.journal", 0
     for place in places:
@@ -93,7 +101,7 @@ def cut_journal(
 
 def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
     whole = journal.data[:place].count(b"\n")
-    # A tail that begins with a line end would complete a line that lacks only its end. None does.
+    # No tail begins with a line end, which would complete a line that lacks only its end.
     where = f"cut at {place} before {tail[:8]!r}"
     try:
         back = recover(path)
@@ -110,9 +118,10 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
 
 
 def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
-    """Cut the session every `step` bytes, and return the number of trials.
+    """Cut the session every `step` bytes and read it. Return the number of trials.
 
-    At every `tails`-th cut, variants with a tail are also tried.
+    At every `tails`-th cut, variants with a tail are also tried. Raises AssertionError if a damaged
+    session is read.
     """
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)
@@ -129,7 +138,7 @@ def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run all trials. Print their number and the failures, and return the exit code."""
+    """Run all trials, print the numbers of trials and failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--step", type=int, default=1, help="bytes between cuts (default: 1)")
     parser.add_argument("--tails", type=int, default=8, help="cuts between tails (default: 8)")

@@ -5,10 +5,10 @@
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
 and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
 interval in its chain has an IoU of at least 0.5 with it, and as touched if they share a frame. An
-interval without an error of its chain in its frames counts as elsewhere. The FSR [Choi26 §4.2.1] is
-measured after the refinement. The raw clip is compared with the clean clip, and the tracked clip
-with the tracked clean clip, so that the tracker's lag does not count. --both-ways tracks in both
-directions of time instead of causally.
+interval that touches no error counts as elsewhere. The share of repaired error frames (FSR) [Choi26
+§4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and the
+tracked clip with the tracked clean clip, so that the tracker's lag does not count. --both-ways
+tracks in both directions of time instead of causally.
 """
 
 from __future__ import annotations
@@ -42,14 +42,23 @@ from twistcore.synthesis import (
     prepare,
 )
 
-SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
+SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # edges of the classes of error size, in degrees
 
 
 @dataclass
 class Count:
-    """Counts that are summed over clips.
+    """Counts over several clips.
 
-    These are the found and all errors by size, the repaired frames, and the intervals.
+    Attributes
+    ----------
+    found, errors
+        Numbers of found and of all errors, by class of size.
+    repaired, frames
+        Numbers of repaired and of all error frames.
+    touched
+        Number of touched errors.
+    intervals, elsewhere
+        Numbers of all intervals, and of intervals that touch no error.
     """
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -70,7 +79,23 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip. `size_of` is the clean motion into which the errors were injected."""
+        """Add one clip.
+
+        Parameters
+        ----------
+        clean
+            The motion without errors with which the refined motion is compared.
+        dirty, refined
+            The motion with errors, and the motion after the refinement.
+        found
+            The detected intervals.
+        errors
+            The injected errors.
+        chains
+            The chains, keyed by name.
+        size_of
+            The clean motion into which the errors were injected.
+        """
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))
@@ -88,20 +113,20 @@ class Count:
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
-    """True if the IoU of interval and error is at least 0.5."""
+    """Return True if the IoU of interval and error is at least 0.5."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union
 
 
 def touches(interval: Interval, error: InjectedError) -> bool:
-    """True if interval and error are in the same chain and share a frame."""
+    """Return True if interval and error are in the same chain and share a frame."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     return interval.chain == error.chain and both > 0
 
 
 def main() -> None:
-    """Print the table."""
+    """Inject errors, detect them in each order of steps, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("clips", type=Path, nargs="?", default=Path("assets"))
     parser.add_argument("--protocol", default="P0")

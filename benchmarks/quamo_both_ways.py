@@ -2,12 +2,12 @@
 
     python -m benchmarks.quamo_both_ways FOLDER
 
-Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, with seeds used
-neither for the tables in the docs nor for choosing gains. The table shows ratios output / input
-against the truth, and the lag without noise in ms. --native N also measures every N-th clip at its
-own rate, with noise drawn at that rate. Jitter is the third difference in mm per frame³, followed
-by the clean clip's jitter. --by-clip prints one row per clip instead, for the tracker in both
-directions and for the spline.
+The clips are those of held-out CMU subjects at 25 Hz, with the noise of `quamo evaluate` and with
+seeds that were used neither for the tables in the docs nor for choosing gains. The table shows
+ratios output / input against the truth, and the lag without noise in ms. --native N also measures
+every N-th clip at its own rate, with noise drawn at that rate. Jitter is the third difference in mm
+per frame³, followed by the clean clip's jitter. --by-clip prints one row per clip instead, for the
+tracker in both directions and for the spline.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
 from twistcore.synthesis import generator
 
 SEEDS = (11, 12, 13)
-OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # the metrics with bars for whole files
+OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # the metrics with targets for whole files
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 APART = tuple(c for c in CONDITIONS if not c.systematic)
 WAYS = {"causal": track, "both ways": track_both_ways}
@@ -45,13 +45,19 @@ Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
 
 
 def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return a controller with the default hand-tuned gains, and its integration scheme."""
+    """Return a controller with the default hand-tuned gains, and its integration scheme.
+
+    The parameters are those of `Started`, and are not used.
+    """
     del q_hat, r_hat
     return HandGains(), "exact"
 
 
 def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the network trained without the clip's subject, and its integration scheme."""
+    """Return the network trained without the clip's subject, and its integration scheme.
+
+    `q_hat` and `r_hat` are the noisy rotations and root positions.
+    """
     network = _network(clip.subject)
     return network.started(q_hat, r_hat), network.integration
 
@@ -62,7 +68,10 @@ def _network(subject: str) -> Network:
 
 
 def method(way: str, started: Started) -> Method:
-    """Return a tracker as a method that treats noisy versions of a clip, for a row of the table."""
+    """Return a tracker as a method that processes noisy versions of a clip.
+
+    `way` is a key of WAYS, and `started` returns the controller for a clip.
+    """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         controller, integration = started(clip, q_hat, r_hat)
@@ -73,7 +82,7 @@ def method(way: str, started: Started) -> Method:
 
 
 def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
-    """Return the lag of positions in clean clips, fitted by least squares to their speeds."""
+    """Return the lag of positions in clean clips in ms, fitted by least squares to their speeds."""
     behind = speed = 0.0
     for clip in clips:
         truth = clip.places_mm(clip.q, clip.r)
@@ -85,7 +94,7 @@ def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
 
 
 def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[str]:
-    """Return a line for each noise level and row: the ratios of SHOWN, and the lag."""
+    """Return a line for each noise level and method, with the ratios of SHOWN and the lag."""
     scores = score_methods(clips, rows, SEEDS, APART)
     late = {name: lag_ms(clips, run) for name, run in rows.items()}
     lines = []
@@ -98,7 +107,7 @@ def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[st
 
 
 def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
-    """Return a line per clip with the ratios of OF_FILES at each noise level."""
+    """Return a line for each clip, with the ratios of OF_FILES at each noise level."""
     lines = []
     for clip in clips:
         scores = score_methods([clip], {"": run}, SEEDS, APART)
@@ -108,9 +117,9 @@ def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
 
 
 def at_own_rate(folder: Path, every: int) -> list[str]:
-    """Return a line of ratios and jitter per clip, noise level and direction.
+    """Return a line of ratios and jitter for each clip, noise level and direction.
 
-    The gains are the hand-tuned ones.
+    Every `every`-th clip is tracked at its own rate with hand-tuned gains.
     """
     lines = []
     for name, q, r, offsets, dt in list(motions(folder, every)):
@@ -135,7 +144,7 @@ def at_own_rate(folder: Path, every: int) -> list[str]:
 
 
 def main() -> None:
-    """Measure the clips, and print the tables."""
+    """Measure the clips and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--by-clip", action="store_true")

@@ -3,7 +3,7 @@
 Every number is a ratio output / input on held-out CMU subjects at 25 Hz, with the noise of `quamo
 evaluate`. Filters and regressions are optimal fits to the clips of all *other* subjects with new
 noise. Rows marked 'oracle' use information that no tracker has: they show what would be needed to
-reach a target.
+reach a target. q̂ and r̂ are the noisy rotations and root positions.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from twistcore.study.quamo.tables import (
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
 CUTOFFS = (3.0, 4.0, 5.0, 6.0)  # Hz
 ROOT_GAINS = ((100.0, 8.0), (200.0, 12.0), (400.0, 20.0))
-# Delay of a filter in frames, and weights of Accel relative to the distance.
+# For each delay of a filter in frames, the weights of Accel relative to the distance.
 AIMS = ((0, (1.0, 3.0, 10.0, 30.0)), (1, (3.0,)), (2, (3.0,)))
 
 
@@ -52,7 +52,7 @@ def still(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
 
 
 def then_by_hand(method: Method) -> Method:
-    """Return a method that applies another one and then tracks with hand-tuned gains."""
+    """Return a method that applies another method, and then tracks with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         return hand_method()(clip, *method(clip, q_hat, r_hat))
@@ -61,7 +61,7 @@ def then_by_hand(method: Method) -> Method:
 
 
 def splined(cutoff: float) -> Method:
-    """Return a method that applies the smoothing spline for files."""
+    """Return a method that smooths with the spline. `cutoff` is in Hz."""
     return lambda _, q_hat, r_hat: (
         smoothed_rotations(q_hat, cutoff, NETWORK_DT),
         smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
@@ -78,9 +78,9 @@ def root_by_hand(kp: float, kd: float) -> Method:
 
 
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for smoothness.
+    """Return methods for the table of smoothness, keyed by row.
 
-    The rows are hand-tuned gains along their trade-off, and splines over the whole file.
+    The methods are hand-tuned gains along their trade-off, and splines over the whole file.
     """
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
@@ -89,7 +89,10 @@ def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Meth
 
 
 def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for the root, from gains and filters of r̂ to the exactly known path."""
+    """Return methods for the table of the root, keyed by row.
+
+    The methods range from gains and filters of r̂ to the exactly known path.
+    """
     return {
         **{f"κP {kp:g}, κD {kd:g}": root_by_hand(kp, kd) for kp, kd in ROOT_GAINS},
         "filter of r̂": root_filter(clips, noise),
@@ -101,7 +104,10 @@ def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 
 
 def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for methods that know poses: other subjects', the subject's, or the true pose."""
+    """Return methods for the table of poses, keyed by row.
+
+    The methods know poses of other subjects, of the same subject, or the true pose.
+    """
     drawn = shrunk(clips, noise, 4.0)
     rows: dict[str, Method] = {
         "drawn towards the others' mean poses": drawn,
@@ -121,7 +127,10 @@ def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 def filter_ratios(
     clips: Sequence[Sequence24], noise: Noise, weights: Sequence[float], ahead: int, seeds: int
 ) -> list[Array]:
-    """Return the ratios to the input for each weight, in the order of METRICS."""
+    """Return the ratios output / input of the best filter for each weight of Accel.
+
+    `ahead` is the delay of the filter in frames. Each array is in the order of METRICS.
+    """
     path = PathFilter(clips, noise, ahead)
     sums = np.zeros((len(weights) + 1, len(METRICS)))
     by_subject = {s: [path.taps(s, w) for w in weights] for s in HELD_OUT}
@@ -140,7 +149,10 @@ Rows = Callable[[Sequence[Sequence24], Noise], dict[str, Method]]
 def measured(
     clips: Sequence[Sequence24], make: Rows, conditions: Sequence[NoiseCondition], seeds: int
 ) -> dict[str, list[Array]]:
-    """Return an array of ratios per condition, keyed by row."""
+    """Return the ratios of each method for each condition, keyed by row.
+
+    `make` is a function that returns the methods, keyed by row.
+    """
     held = [c for c in clips if c.subject in HELD_OUT]
     rows: dict[str, list[Array]] = defaultdict(list)
     for condition in conditions:
@@ -154,7 +166,7 @@ def measured(
 def table(
     title: str, rows: Mapping[str, list[Array]], conditions: Sequence[NoiseCondition], shown: str
 ) -> str:
-    """Return a Markdown table with one row per method, and the chosen metrics of each condition."""
+    """Return a Markdown table with a row per method and the metrics `shown` of each condition."""
     metrics = shown.split()
     heads = [f"{c}: {m}" for c in conditions for m in metrics]
     lines = [f"| {title} | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]
@@ -165,7 +177,7 @@ def table(
 
 
 def main() -> None:
-    """Measure all methods, and print three tables."""
+    """Measure all methods and print three tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)

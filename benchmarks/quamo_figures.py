@@ -47,7 +47,17 @@ STYLE = {
 
 
 class Made:
-    """The positions in a clip in mm, (frames, 24, 3): truth, noisy input and results."""
+    """The positions of joints in a clip in mm, shape (frames, 24, 3).
+
+    Attributes
+    ----------
+    clip
+        The clip.
+    truth
+        The true positions.
+    shown
+        The positions of the noisy input and of each result, keyed by name.
+    """
 
     def __init__(self, name: str) -> None:
         self.clip: Sequence24 = read_sequence(ASSETS / f"{name}.bvh")
@@ -62,9 +72,9 @@ class Made:
 
 
 def seen(places: Array, turned: float) -> Array:
-    """Return positions (…, 3) in a horizontal view, (…, 2) in mm.
+    """Project positions (…, 3) horizontally, and return (…, 2) in mm.
 
-    `turned` is the angle of the view about the vertical.
+    `turned` is the angle of the view about the vertical, in degrees.
     """
     a = np.radians(turned)
     x = np.cos(a) * places[..., 0] + np.sin(a) * places[..., 2]
@@ -72,17 +82,23 @@ def seen(places: Array, turned: float) -> Array:
 
 
 def bones(flat: Array) -> Array:
-    """Return the lines of a pose (24, 2) from each joint to its parent, (23, 2, 2)."""
+    """Return the lines of a pose from each joint to its parent, shape (23, 2, 2).
+
+    `flat` are projected positions, (24, 2).
+    """
     return np.stack([flat[1:], flat[list(PARENTS[1:])]], axis=1)
 
 
 def spread(frames: int, apart: float) -> Array:
-    """Return the shift to the right, in mm, of the figure in each frame, (frames, 1, 2)."""
+    """Return the shift of the figure to the right in each frame, (frames, 1, 2), in mm.
+
+    `apart` is the distance between the figures of consecutive frames.
+    """
     return np.stack([np.arange(frames) * apart, np.zeros(frames)], axis=1)[:, None]
 
 
 def the_same_second(made: Made, start: int, folder: Path) -> None:
-    """Draw six poses of one second in a row, and the acceleration of all joints."""
+    """Draw six poses of one second from frame `start` on, and the acceleration of all joints."""
     at = slice(start, start + 26)
     fig, axes = plt.subplots(
         3, 2, figsize=(10.0, 6.6), width_ratios=(1.9, 1.0), layout="constrained", sharex="col"
@@ -146,7 +162,7 @@ def root_path(made: Made, folder: Path) -> None:
     )
     t = 0.04 * np.arange(len(made.truth))
     for name, places in {"truth": made.truth, **made.shown}.items():
-        # The input is broad and pale, to be visible below other lines.
+        # The input is broad and pale, so that it is visible below other lines.
         width, alpha = (3.2, 0.5) if name == "input" else (1.5, 1.0)
         root = places[:, 0] / 1000.0
         above.plot(root[:, 0], root[:, 2], color=COLOURS[name], lw=width, alpha=alpha)
@@ -171,7 +187,7 @@ def legend(fig: Any, names: list[str]) -> None:
 
 
 def save(fig: Any, path: Path) -> None:
-    """Save a figure as a PNG with few colours, so that the file is small."""
+    """Save a figure as a PNG, optimised so that the file is small."""
     fig.savefig(path, pil_kwargs={"optimize": True})
     plt.close(fig)
     print(path)

@@ -1,4 +1,7 @@
-"""The filters, regressions and oracles that benchmarks.quamo_bounds compares with QuaMo."""
+"""Fit the filters, regressions and oracles with which benchmarks.quamo_bounds compares QuaMo.
+
+q̂ and r̂ are the noisy rotations and root positions.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,15 @@ from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.tables import Method, noisy_clip
 
 FIT_SEEDS = (100, 101)  # seeds of the noise used for fitting
-PATH_TAPS, ROOT_TAPS = 20, 50  # frames of the past: 0.8 s and 2 s
+PATH_TAPS, ROOT_TAPS = 20, 50  # numbers of past frames that filters use (0.8 s and 2 s)
 ROUNDS, SMALLEST_MM, RIDGE = 4, 0.5, 1e-3
 
 
 class LeaveOneOut:
-    """Least squares on the clips of other subjects, with separate normal equations per subject."""
+    """Least squares fitted to the clips of other subjects.
+
+    The normal equations are stored for each subject separately.
+    """
 
     def __init__(self, ridge: float) -> None:
         self._ridge = ridge
@@ -30,15 +36,15 @@ class LeaveOneOut:
         self._solved: dict[tuple[str, bool], Array] = {}
 
     def add(self, subject: str, x: Array, y: Array) -> None:
-        """Add inputs x (…, rows, inputs) and their targets y (…, rows, outputs) for a subject."""
+        """Add inputs `x` (…, rows, inputs) and targets `y` (…, rows, outputs) for a subject."""
         turned = np.swapaxes(x, -1, -2)
         before = self._sums.get(subject, (0.0, 0.0))
         self._sums[subject] = (before[0] + turned @ x, before[1] + turned @ y)
 
     def weights(self, subject: str, *, own: bool = False) -> Array:
-        """Return weights (…, inputs, outputs) fitted on all other subjects.
+        """Return weights, shape (…, inputs, outputs), fitted to all other subjects.
 
-        If `own` is True, they are fitted only on this subject.
+        If `own` is True, they are fitted only to this subject.
         """
         if (subject, own) not in self._solved:
             kept = [v for k, v in self._sums.items() if (k == subject) is own]
@@ -49,18 +55,21 @@ class LeaveOneOut:
         return self._solved[subject, own]
 
 
-# -- places: the best linear filter of each joint's own path -----------------------------------
+# -- positions: the best linear filter of each joint's own path --------------------------------
 
 
 def own_path(places: Array) -> Array:
-    """Return the path of the root, and the other joints' paths relative to it, (frames, 24, 3)."""
+    """Return the path of the root, and the other joints' paths relative to it, (frames, 24, 3).
+
+    `places` are positions of shape (frames, 24, 3).
+    """
     return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
 
 
 def neighbours(x: Array, ahead: int) -> Array:
-    """Return past values and up to `ahead` later values of x (frames, 24, 3), relative to x.
+    """Return earlier values and up to `ahead` later values of `x`, relative to `x`.
 
-    The shape of the result is (…, 3, taps).
+    `x` has the shape (frames, 24, 3), and the result has the shape (frames, 24, 3, taps).
     """
     at = np.arange(len(x))
     shifts = [k for k in range(-PATH_TAPS, ahead + 1) if k]
@@ -71,9 +80,9 @@ def neighbours(x: Array, ahead: int) -> Array:
 class PathFilter:
     """The filter of a joint's path that minimises mean distance + weight · mean Accel.
 
-    One set of taps per joint is used for all three axes. As in the metrics, the means are of norms
-    and not of squares. They are minimised by iteratively reweighted least squares, with the inverse
-    of the residual as the weight.
+    Each joint has one set of taps for all three axes. As in the metrics, the means are of norms and
+    not of squares. They are minimised by iteratively reweighted least squares, with the inverse of
+    the residual as the weight.
     """
 
     def __init__(self, clips: Sequence[Sequence24], noise: Noise, ahead: int) -> None:
@@ -92,7 +101,10 @@ class PathFilter:
         ]
 
     def taps(self, held_out: str, weight: float) -> Array:
-        """Return the filter taps (24, taps), fitted on all subjects except `held_out`."""
+        """Return the filter taps, shape (24, taps), fitted to all subjects except `held_out`.
+
+        `weight` is the weight of Accel.
+        """
         taps: Array | None = None
         for _ in range(ROUNDS):
             xx: Array | float = 0.0
@@ -113,7 +125,7 @@ class PathFilter:
         return taps
 
     def filtered(self, places: Array, taps: Array) -> Array:
-        """Apply the filter to noisy positions, and return the result, (frames, 24, 3)."""
+        """Return noisy positions, (frames, 24, 3), after filtering."""
         path = own_path(places)
         path = path + np.einsum("fjat,jt->fja", neighbours(path, self._ahead), taps)
         return np.concatenate([path[:, :1], path[:, :1] + path[:, 1:]], axis=1)
@@ -121,18 +133,18 @@ class PathFilter:
 
 # -- the root: the best linear filter of r̂, alone and with steps of the feet -------------------
 
-Steps = Callable[[Sequence24, Array, Array], Array]  # a clip, q̂, r̂ -> the root by its feet, (f, 3)
+Steps = Callable[[Sequence24, Array, Array], Array]  # clip, q̂, r̂ -> the root's path (frames, 3)
 
 
 def history(x: Array) -> Array:
-    """Return the past values of x (frames, 3), relative to x, as (3, frames, taps)."""
+    """Return the past values of `x` (frames, 3), relative to `x`, with shape (3, frames, taps)."""
     frames = len(x)
     near = [np.maximum(np.arange(frames) - k, 0) for k in range(1, ROOT_TAPS + 1)]
     return np.moveaxis(np.stack([x[at] - x for at in near], axis=-1), 1, 0)
 
 
 def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
-    """Return a filter of r̂ for each axis.
+    """Return a method that filters r̂ along each axis.
 
     `steps` is a function that returns the root's path according to the feet. With it, the filter
     also uses r̂ minus this path.
@@ -161,10 +173,11 @@ def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None =
 
 
 def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
-    """Return the path of the root if a foot on the ground stays fixed.
+    """Return a function that computes the root's path if a foot on the ground stays fixed.
 
-    In the air, the steps of r̂ are used. Without the true contacts, the lower foot is assumed to be
-    on the ground, and so is the other one if it is at most 3 cm higher.
+    In the air, the steps of r̂ are used. Without true contacts, the lower foot is assumed to be on
+    the ground, and so is the other foot if it is at most 3 cm higher. `true_pose` and
+    `true_contact` are True to use the true pose and the true contacts.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -185,7 +198,7 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
 
 
 def known_way(noise: Noise) -> Method:
-    """Return an oracle that knows all steps of the root and the noise's covariance.
+    """Return an oracle that knows all steps of the root and the noise's covariance K.
 
     Only the start of the path is unknown. It is estimated as the generalised mean of r̂ − path up
     to the current frame. With K = LLᵀ, the leading blocks of L⁻¹ are the inverse factors of the
@@ -205,17 +218,20 @@ def known_way(noise: Noise) -> Method:
     return run
 
 
-# -- poses: knowledge of them without motion ---------------------------------------------------
+# -- poses: knowledge of poses without motion --------------------------------------------------
 
 
 def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Subtract each joint's mean error over the clip (an oracle)."""
+    """Subtract each joint's mean error over the clip, which only an oracle knows."""
     error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
     return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
 
 
 def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
-    """Move each joint towards the mean of other subjects, with `width` times their covariance."""
+    """Return a method that moves each joint towards the mean of other subjects.
+
+    The prior covariance is `width` times the covariance of the other subjects.
+    """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         seen = np.concatenate([logarithm(c.q[:, 1:]) for c in clips if c.subject != clip.subject])
@@ -233,9 +249,10 @@ def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
 def pose_regression(
     clips: Sequence[Sequence24], noise: Noise, ridge: float, *, own: bool = False
 ) -> Method:
-    """Predict each joint's error by a linear regression on the whole noisy pose.
+    """Return a method that predicts each joint's error by linear regression on the noisy pose.
 
-    If `own` is True, the regression is fitted to the subject's own clips.
+    If `own` is True, the regression is fitted to the subject's own clips. `ridge` is the
+    regularisation.
     """
     fit = LeaveOneOut(ridge)
 

@@ -31,12 +31,15 @@ from twistcore.synthesis import generator
 
 SEEDS = (41, 42)
 HEIGHT_MM = 1750.0
-SHORTEST, LONGEST = 60, 1500  # frames; of a longer clip, only its first frames
+SHORTEST, LONGEST = 60, 1500  # frames; a longer clip is cut, and a shorter one is skipped
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel")
 
 
 def places_mm(motion: Motion, scale: float) -> Array:
-    """Return global positions at 25 Hz in mm, (samples, joints, 3)."""
+    """Return the global positions of joints at 25 Hz in mm, shape (samples, joints, 3).
+
+    `scale` is the length of the clip's unit in mm.
+    """
     times = sample_times(motion.frames, motion.frame_time)
     moved = [
         resampled(motion.rotations, motion.positions[:, k], times)
@@ -48,9 +51,10 @@ def places_mm(motion: Motion, scale: float) -> Array:
 
 
 def errors(found: Array, truth: Array, placed: int) -> Array:
-    """Return the errors of SHOWN in mm and mm/frame².
+    """Return the errors in SHOWN, in mm and mm/frame².
 
-    The first two errors are relative to the joint `placed`.
+    `found` and `truth` are positions, (samples, joints, 3). The first two errors are relative to
+    the joint `placed`.
     """
     out = []
     for a, b in (
@@ -63,7 +67,10 @@ def errors(found: Array, truth: Array, placed: int) -> Array:
 
 
 def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -> Motion:
-    """Return the motion with noise on all joints and on its position."""
+    """Return the motion with noise on all joints and on the position of the root.
+
+    `name` and `seed` seed the noise. `scale` is the length of the clip's unit in mm.
+    """
     joints, placed = chosen_joints(motion.skeleton, None), placed_joint(motion)
     assert placed is not None
     r = motion.translation(placed)
@@ -78,7 +85,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 
 def ways(motion: Motion) -> dict[str, Motion]:
-    """Return the result of each method for a motion."""
+    """Return the result of each method for a motion, keyed by name."""
     joints = chosen_joints(motion.skeleton, None)
     spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
     return {
@@ -89,7 +96,7 @@ def ways(motion: Motion) -> dict[str, Motion]:
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure all clips and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     found: dict[tuple[str, str], list[Array]] = {}

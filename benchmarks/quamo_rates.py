@@ -29,7 +29,7 @@ from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.synthesis import generator
 
-EVERY, STEPS = 4, (1, 2)  # of the clips; of the frames
+EVERY, STEPS = 4, (1, 2)  # use every fourth clip, with every frame and with every second frame
 Run = Callable[[Array, Array, float], tuple[Array, Array]]
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
@@ -37,7 +37,7 @@ SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
     """Return a method that tracks with hand-tuned gains.
 
-    By default, the gains depend on the frame rate.
+    By default, the gains depend on the frame rate. `way` is a function that tracks.
     """
 
     def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
@@ -48,9 +48,9 @@ def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
 
 
 def spline(cutoff_of: Callable[[float], float]) -> Run:
-    """Return the smoothing spline of `quamo refine`.
+    """Return a method that applies the smoothing spline of `quamo refine`.
 
-    `cutoff_of` is a function that returns the cutoff in Hz for a frame time.
+    `cutoff_of` is a function that returns the cut-off in Hz for a frame time.
     """
     return lambda q_hat, r_hat, dt: (
         smoothed_rotations(q_hat, cutoff_of(dt), dt),
@@ -68,9 +68,9 @@ ROWS: dict[str, Run] = {
 
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
-    """Yield the name, rotations, root positions, offsets and frame time of clips.
+    """Yield the name, rotations, root positions, offsets and frame time of every N-th clip.
 
-    The clips have 24 joints. Lengths are in metres.
+    The clips have 24 joints. Lengths are in metres. `every` is N.
     """
     for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
@@ -86,7 +86,10 @@ def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Arra
 
 
 def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
-    """Return the ratios of METRICS and the jitter, keyed by row. Longer clips have more weight."""
+    """Return the ratios of METRICS and of the jitter, keyed by method.
+
+    Longer clips have more weight. `step` is the number of frames between used frames.
+    """
     sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native
@@ -104,7 +107,7 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    """Print a row for each frame rate, noise level and choice of gains."""
+    """Print a row for each frame rate, noise level and method."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()

@@ -1,10 +1,10 @@
 """Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
-Measures 24 joints with the streaming call `tc.Tracker.step` alone, and then, with forward
-kinematics, with hand-tuned gains and with the networks in numpy. If PyTorch is installed, the
-networks' step in PyTorch on one thread is compared with numpy in the same run. The times are CPU
-times of this process, as medians over blocks of frames. Set OMP_NUM_THREADS=1. Target: < 2 ms. The
-time of ten million additions in plain Python describes the machine.
+The benchmark measures 24 joints: first the streaming call `tc.Tracker.step` alone, then tracking
+with forward kinematics (FK), with hand-tuned gains and with the networks in numpy. If PyTorch is
+installed, the networks' step in PyTorch on one thread is compared with numpy in the same run. The
+times are CPU times of this process, as medians over blocks of frames. Set OMP_NUM_THREADS=1.
+Target: < 2 ms. The time of ten million additions in plain Python describes the machine.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ BLOCK = 50
 
 
 def main() -> None:
-    """Measure every method, and print a line for each."""
+    """Measure every method and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
@@ -75,7 +75,10 @@ def additions() -> float:
 
 
 def timed(frame: Callable[[int], None], frames: int) -> float:
-    """Return the median CPU time per frame over blocks of frames, in milliseconds."""
+    """Return the median CPU time per frame over blocks of frames, in milliseconds.
+
+    `frame` is a function that processes the frame with an index.
+    """
     blocks = []
     for start in range(0, frames - BLOCK + 1, BLOCK):
         begin = time.process_time()
@@ -86,7 +89,7 @@ def timed(frame: Callable[[int], None], frames: int) -> float:
 
 
 def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
-    """Measure blocks of 100 frames without FK, with numpy and PyTorch in turn."""
+    """Print the times of numpy and PyTorch without FK, measured in turn over blocks of frames."""
     try:
         torch = import_torch()
     except TwistError:

@@ -1,13 +1,16 @@
 """Tune the settings of QuaMo's rivals: python -m benchmarks.quamo_tune_rivals FOLDER [--seeds N].
 
-Settings are chosen on subjects that are not used for any table (02, 08, 12), with new noise of both
-levels. The same rule is applied to a grid of settings, first for rotations and then for the root's
-position: of all settings with an MPJPE (for the root: GRE) no larger than ours at each level, the
-one with the smallest Accel (for the root: G-Accel) is chosen. All metrics are ratios output /
-input, and Accel is the mean over both levels. Causal rivals are compared with our hand-tuned gains,
-and rivals that use the whole file with our tracking in both directions. Among settings for
-rotations with an Accel within 1 % of the smallest, the one with the smallest MPJPE is chosen. If no
-setting satisfies the bound, the one that exceeds it least is chosen.
+Settings are chosen from a grid on subjects that are not used for any table (02, 08, 12), with new
+noise of both levels, first for rotations and then for the root's position. The rule is:
+
+- Consider only settings with an MPJPE (for the root: GRE) no larger than ours at each level. If
+  there is none, consider the setting that exceeds ours least.
+- Choose the setting with the smallest Accel (for the root: G-Accel), as the mean over both levels.
+- Among settings with an Accel within 1 % of the smallest, choose the one with the smallest MPJPE
+  (for the root: GRE).
+
+All metrics are ratios output / input. Causal rivals are compared with our hand-tuned gains, and
+rivals that use the whole file with our tracking in both directions.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.study.quamo.tables import CONDITIONS, markdown_table, noisy_clip
 
 FIRST_SEED = 300  # not used by any table or training
-EQUAL = 1.01
+EQUAL = 1.01  # settings with an Accel up to this multiple of the smallest count as equal
 CUTOFFS = tuple(np.arange(2.0, 8.01, 0.5).tolist())
 EURO = (
     (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0),
@@ -50,9 +53,13 @@ Poses = tuple[Array, Array]
 
 
 class Trials:
-    """The training clips with noise of both levels, prepared for trying many settings.
+    """The training clips with noise of both levels, on which many settings are tried.
 
-    `drawn` has, for each clip, q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
+    Attributes
+    ----------
+    drawn
+        For each clip, the noisy rotations, shape (frames, levels, seeds, 24, 4), and root
+        positions, shape (frames, levels, seeds, 3).
     """
 
     def __init__(self, clips: Sequence[Sequence24], seeds: int) -> None:
@@ -61,10 +68,7 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Return output / input over all clips, (levels, METRICS).
-
-        Longer clips have more weight.
-        """
+        """Return output / input over all clips, shape (levels, METRICS), weighted by length."""
         return self._sums(found) / self._input
 
     def _sums(self, found: Sequence[Poses]) -> Array:
@@ -94,7 +98,10 @@ def _drawn(clip: Sequence24, seeds: int) -> Poses:
 
 
 def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
-    """Return the result of our tracker, with which the rivals are compared."""
+    """Return the result of our tracker, with which a rival is compared.
+
+    `q_hat` and `r_hat` are the noisy rotations and root positions.
+    """
     way = track if causal else track_both_ways
     found = way(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
@@ -103,7 +110,16 @@ def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
 def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str) -> Setting:
     """Return the setting chosen by the rule in the module's docstring.
 
-    `ratios` and `bound` have the shape (levels, METRICS).
+    Parameters
+    ----------
+    ratios
+        The ratios of each setting, shape (levels, METRICS).
+    bound
+        Our ratios, with the same shape.
+    least
+        The metric to minimise.
+    bounded
+        The metric that must not be larger than ours.
     """
     at, kept = METRICS.index(least), METRICS.index(bounded)
     short = {s: float(np.maximum(r - bound, 0.0)[:, kept].sum()) for s, r in ratios.items()}
@@ -114,7 +130,10 @@ def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str
 
 
 def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting, Array]:
-    """Return the settings for rotations and for positions, and their ratios."""
+    """Return a rival's settings for rotations and for positions, and the ratios with both.
+
+    `bound` are our ratios.
+    """
 
     def ratios(turned: Sequence[Array], moved: Sequence[Array]) -> Array:
         return trials.ratios(list(zip(turned, moved, strict=True)))

@@ -6,8 +6,8 @@ FOLDER contains a folder of clips for every set. The protected measures
 (:mod:`twistcore.analysis.correction.protected_measures`) are computed for every automatic
 correction. Each has a column with the number of corrections that make it worse, out of those for
 which it could be measured (goal: none). For counter-twists, the table also shows how many automatic
-corrections make the twists of P and C, the azimuth and the rotation of both smoother (goal: 98 %),
-and how many intervals are left for review.
+corrections make the twists of parent and child, the azimuth and the rotation of both smoother
+(goal: 98 %), and how many intervals are left for review.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from twistcore.formats.suffixes import clip_suffix
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-BESIDE = 3  # frames around an edge
+BESIDE = 3  # number of frames on either side of an edge
 COUNTS = "clips", "twists", "smoother", "flips", "left"
 
 
 def clips_of(folder: Path) -> Iterator[Path]:
-    """Yield all files that may be clips, in order."""
+    """Yield all files in a folder and its subfolders that may be clips, sorted."""
     return (p for p in sorted(folder.rglob("*")) if p.is_file() and clip_suffix(p.name))
 
 
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Return the roughness of all witness angles at the edges, before and after a correction.
+    """Return the roughness of a chain's angles at an interval's edges, before and after correction.
 
-    Roughness is the cost of second differences. Each angle is scaled by its size in the original
-    clip.
+    Roughness is the cost of second differences. Each angle is scaled by its usual size in the
+    original clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
@@ -91,7 +91,7 @@ def measure(analysis: ClipAnalysis) -> Counter[str]:
 
 
 def row_of(count: Counter[str]) -> str:
-    """Return the numbers for a set, one per column of the table."""
+    """Return the numbers for a set, one for each column of the table."""
     measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
     return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 

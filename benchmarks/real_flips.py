@@ -4,19 +4,20 @@
 
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
-Every clip gets the automatic corrections of `twistcore refine`, is written, read back, and judged
-only by the world positions and orientations of its joints. These are judged:
+The joints of a limb are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. Every
+clip gets the automatic corrections of `twistcore refine`, is written, read back, and judged only by
+the world positions and orientations of its joints. These are judged:
 
-- impossible swivel: between two frames, the knee or elbow C turns about the line from hip P to
-  ankle E (shoulder to wrist) faster than any body can, while E hardly moves relative to P;
+- impossible swivel: between two frames, C rotates about the line from P to E faster than any body
+  can, while E hardly moves relative to P
 - backward knee: a frame in which C of a leg is more than 110° away from its usual side in the clip
-  before correction, in the frame of P's parent;
-- impossible turn: between two frames, a segment at P or below turns too fast about its own bone; a
-  turn is new if it was absent before correction;
-- mirrored transition: P of a limb and C turn against each other; with this, the number of frames
-  with a bent and with a straight limb in which P was turned (:mod:`benchmarks.mirrored_turns`);
+  before correction, in the coordinates of P's parent
+- impossible turn: between two frames, P or a joint below it rotates too fast about its own bone; a
+  turn is new if it was absent before correction
+- mirrored transition: P and C rotate against each other (:mod:`benchmarks.mirrored_turns`)
+- rotation of P in frames with a bent and with a straight limb
 - displacement of E, and of C in clips without an impossible swivel, as a share of the skeleton's
-  height, if it exceeds the rounding of the written numbers.
+  height, if it exceeds the rounding of the written numbers
 
 Jumps in frames 0 and 1 are not examined, because a T-pose often comes first. A clip that cannot be
 read or corrected is listed. The exit status is 1 if the correction did harm: E moved, a clip
@@ -62,15 +63,25 @@ from twistcore.skeleton.motion import Motion
 class Verdict:
     """The verdict on one clip, before and after correction.
 
-    - swivels: impossible swivels
-    - backward: frames with a backward knee, keyed by limb
-    - turns_old: impossible turns before the correction
-    - turns_left: impossible turns that remain
-    - turns_new: new impossible turns
-    - e_moved, c_moved: the largest displacement as a share of the skeleton's height, 0 within
-      rounding; c_moved counts only in clips without a flip
-    - mirrored_…: mirrored transitions, keyed by P
-    - limbs_changed: the numbers of frames with bent and straight limbs, and of changed ones
+    Attributes
+    ----------
+    clip
+        Name of the clip.
+    frames, limbs
+        Numbers of frames and of limbs.
+    swivels_before, swivels_after
+        Impossible swivels.
+    backward_before, backward_after
+        Frames with a backward knee, keyed by limb.
+    turns_old, turns_left, turns_new
+        Impossible turns before the correction, those that remain, and new ones.
+    e_moved, c_moved
+        The largest displacements as shares of the skeleton's height, 0 within rounding. The one of
+        C is 0 in a clip with a flip.
+    mirrored_before, mirrored_after
+        Mirrored transitions.
+    limbs_changed
+        The numbers of frames with bent and straight limbs, and of changed ones.
     """
 
     clip: str
@@ -91,22 +102,22 @@ class Verdict:
 
     @property
     def flipped(self) -> bool:
-        """True if the clip had a flip."""
+        """Whether the clip had a flip before the correction."""
         return bool(self.swivels_before)
 
     @property
     def changed_clean(self) -> bool:
-        """True if a limb was turned in a clip that has no flip."""
+        """Whether a limb was changed in a clip without a flip."""
         return not self.flipped and self.c_moved > 0.0
 
     @property
     def harmed(self) -> bool:
-        """True if the correction did harm."""
+        """Whether the correction did harm."""
         return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean or self.changed_bent
 
     @property
     def changed_bent(self) -> bool:
-        """True if a bent limb was turned in a clip without a flip or a mirrored transition."""
+        """Whether a bent limb was changed in a clip without a flip or a mirrored transition."""
         unlike = self.flipped or self.mirrored_before
         return not unlike and self.limbs_changed.bent_changed > 0
 
@@ -142,14 +153,14 @@ def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
-    """Count the frames in which a limb is bent or straight, and those in which P was turned."""
+    """Count the frames in which a limb is bent or straight, and how many of them changed."""
     bend = bends(*(before.at[:, joint] for joint in (limb.p, limb.c, limb.e)))
     turned = (world.turned[:, limb.p] for world in (before, after))
     return straightness(bend, *turned, _limb_bone(before, limb))
 
 
 def _limb_bone(world: Pose, limb: Limb) -> Array:
-    """Return the direction from P to C in P's frame, (frames, 3)."""
+    """Return the direction from P to C in P's coordinates, (frames, 3)."""
     away = unit(world.at[:, limb.c] - world.at[:, limb.p])
     return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
 
@@ -191,9 +202,9 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
 
 
 def judged_file(path: Path, name: str) -> Verdict:
-    """Judge a file before and after correction.
+    """Correct a file and judge it. Raises TwistError if it cannot be corrected or read.
 
-    Raise TwistError if it cannot be corrected or read.
+    `name` is the clip's name in the table.
     """
     before = read_bvh(path)
     with tempfile.TemporaryDirectory() as folder:
@@ -204,10 +215,7 @@ def judged_file(path: Path, name: str) -> Verdict:
 
 
 def written_decimals(before: Clip, after: Clip) -> int:
-    """Return the smallest number of decimals among the changed numbers.
-
-    If no number has changed, return the decimals of a float.
-    """
+    """Return the smallest number of decimals among the changed numbers, or 15 without any."""
     texts = [clip.text[clip.data_start :].split() for clip in (before, after)]
     new = {b for a, b in zip(*texts, strict=False) if a != b}
     return min((len(token.partition(b".")[2]) for token in new), default=15)
@@ -221,12 +229,12 @@ HEAD = (
     f"{'then':>5} {'now':>5} {'then':>5} {'now':>5} {'changed':>7} {'of height':>9}"
     f" {'then':>5} {'left':>5} {'new':>5} {'then':>7} {'now':>5} {'bent':>6} {'straight':>8}",
 )
-WIDTH = 38  # of a clip's name
-SHOWN = 12  # jumps listed for a joint; the JSON contains all
+WIDTH = 38  # width of the column with the clips' names
+SHOWN = 12  # number of jumps listed for a joint; the JSON contains all
 
 
 def line(name: str, counts: Sequence[int], e_moved: float) -> str:
-    """Return one line of the table."""
+    """Return one line of the table. `counts` are those of :attr:`Verdict.row`."""
     first = " ".join(f"{n:>5}" for n in counts[:4])
     last = " ".join(f"{n:>{w}}" for n, w in zip(counts[5:], (5, 5, 5, 7, 5, 6, 8), strict=True))
     share = f"{e_moved:.1e}" if e_moved else "0"
@@ -234,7 +242,7 @@ def line(name: str, counts: Sequence[int], e_moved: float) -> str:
 
 
 def details(verdict: Verdict) -> list[str]:
-    """Return lines with the remaining and the new problems of a clip, by frame."""
+    """Return lines with the remaining and the new problems of a clip, with their frames."""
     lists = {
         "swivels left": verdict.swivels_after,
         "new impossible turns": verdict.turns_new,
@@ -259,16 +267,16 @@ def _listed(jumps: Sequence[Jump]) -> str:
 
 
 def _runs(frames: Sequence[int]) -> list[str]:
-    """Return texts of the form first-last for runs of consecutive frames."""
+    """Return texts such as '12-15' for runs of consecutive frames."""
     parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
 
 
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Return the lines of the output.
+    """Return the text of the output.
 
-    The lines have the results by clip, the totals, the remaining problems, and the unreadable
-    files.
+    It has the results of each clip, the totals, the remaining problems, and the files that could
+    not be judged. `errors` has the reasons for these files, keyed by name.
     """
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
@@ -293,7 +301,7 @@ def _share(some: int, of: int) -> str:
 
 
 def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Return all results as JSON for other programs."""
+    """Return all results as JSON."""
     clips = [asdict(v) | {"changed_clean": v.changed_clean, "harmed": v.harmed} for v in verdicts]
     return json.dumps({"clips": clips, "not_judged": errors}, indent=1) + "\n"
 

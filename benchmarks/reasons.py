@@ -24,8 +24,8 @@ from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 
-BESIDE = 1  # frames from an interval's edge
-LONE = 0.25  # of the larger turn: with less, the other joint does not turn back
+BESIDE = 1  # largest number of frames between an interval's edge and a peak that belongs to it
+LONE = 0.25  # a rotation below this share of the larger one does not count as turning back
 BELOW_ONLY = frozenset({Why.BELOW})
 NEVER_PEAKS = frozenset({Why.BELOW, Why.INTERVAL, Why.CUT})  # reasons that no peak past τ can have
 KINDS = {
@@ -36,9 +36,10 @@ KINDS = {
 
 
 def peaks(found: Detection, name: str) -> list[int]:
-    """Return the peaks of the strength above τ outside intervals, found frame by frame.
+    """Return the frames of the peaks above τ outside intervals, found frame by frame.
 
-    This does not use the code that finds the reasons.
+    This function does not use the code that finds the reasons, so that it can check that code.
+    `name` is the name of a chain or limb.
     """
     strength = found.analysis.detector(found.method).strength(name).tolist()
     own = [i for i in found if i.chain == name]
@@ -86,7 +87,7 @@ def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
 
 
 def _is_meant(interval: Interval, reason: Reason) -> bool:
-    """True if the interval is in the chain that the reason mirrors or belongs to."""
+    """Return True if the interval is in the chain that the reason names."""
     if reason.why == Why.IMAGE:
         return bool(interval.chain == reason.numbers["of"])
     return interval.chain == reason.chain
@@ -103,7 +104,7 @@ def wrong(found: Detection, name: str) -> tuple[list[Reason], list[str]]:
 
 
 def main() -> int:
-    """Count the reasons in all folders."""
+    """Count the reasons in all folders. Return 1 if a reason is missing or wrong."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--json", type=Path)

@@ -1,12 +1,12 @@
-"""Measure the processor time of N and of a frame step in the window.
+"""Measure the processor time of the key N and of a frame step in the window.
 
     python -m benchmarks.review_steps [--clip CLIP] [--rounds N] [--against CHECKOUT]
 
 The whole window is measured, with the default skin side by side. The key N goes to the next
 interval, and a step moves the playhead by a frame. Both end when everything is painted. The third
-figure is a step of the 3D view alone. Processor time depends less on other programs than elapsed
-time. With `--against`, another checkout is measured alternately with this one, and the last column
-is the ratio.
+number is for a step of the 3D view alone. Processor time depends less on other programs than
+elapsed time. With `--against`, another checkout is measured alternately with this one, and the last
+column is the ratio.
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ _STEPS, _REST_S = 12, 0.05
 
 
 def serve(clip: Path) -> None:
-    """Read commands from standard input, measure each, and print the result, until end of file."""
+    """Measure the actions named on standard input, and print the results, until end of file.
+
+    `clip` is the clip to open.
+    """
     from PySide6.QtCore import QCoreApplication, QEvent
 
     from inspector.app import make_application
@@ -101,7 +104,7 @@ def serve(clip: Path) -> None:
 
 
 class Worker:
-    """The window of a checkout, running in a separate process."""
+    """A window of a checkout, running in a separate process."""
 
     def __init__(self, root: Path, folder: Path, clip: Path) -> None:
         folder.mkdir()
@@ -118,7 +121,7 @@ class Worker:
         )  # fmt: skip
 
     def measure(self, what: str) -> list[float]:
-        """Return the processor time of several steps of a kind, in milliseconds."""
+        """Return the processor time of several actions of a kind, in milliseconds."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(what + "\n")
@@ -137,7 +140,7 @@ class Worker:
 
 
 def main() -> None:
-    """Measure both checkouts alternately, and print the table."""
+    """Measure both checkouts alternately and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clip", type=Path, default=CLIP)
     parser.add_argument("--rounds", type=int, default=6)

@@ -2,17 +2,16 @@
 
 FOLDER contains CMU clips with the joint names of MotionBuilder. Each clip is converted to every rig
 in `benchmarks._rig_families`. For each rig, 58 errors of 15-150° that last 1-30 frames are spread
-over the clips and injected at the joint above C: P turns about its bone, and its children turn
-back. Every rig gets the same errors at the same joints and frames. Then the automatic corrections
-are applied.
+over the clips. In each error, a joint P rotates about its bone, and its children rotate back. Every
+rig gets the same errors at the same joints and frames. Then the automatic corrections are applied.
 
 A frame counts as repaired if at most a fifth of its error is left, in P and in each of its
 children. The column "made wrong" counts joints that are changed by more than 1° in frames without
 an error, and `sound` does so in clips without errors. The column "chains" shows how many of the ten
-pairs of P and C are examined. A rig in pieces has one line for each share of a bone's roll in its
-first piece: none, half, all. The other pieces share the rest and, as in pronation of the forearm,
-some roll of the next joint. The results "between pieces" are for errors of a piece relative to the
-next piece of its bone, in a separate run.
+pairs of P and its child are examined. A rig in pieces has one line for each share of a bone's roll
+in its first piece: none, half, all. The other pieces share the rest and, as in pronation of the
+forearm, some roll of the next joint. The results "between pieces" are for errors of a piece
+relative to the next piece of its bone, in a separate run.
 
 Clips that are corrected even without injected errors are left out. --missed lists every error that
 is not repaired, with the reason.
@@ -59,16 +58,24 @@ SMALLEST, LARGEST = 15.0, 150.0  # degrees
 LONGEST = 30  # frames
 APART = 10  # frames between errors of a limb
 EDGE = 2  # frames of the clip before the first error and after the last one
-CLIP = 600  # frames; of a longer clip, only its first frames
+CLIP = 600  # frames; a longer clip is cut
 CHANGED = float(np.radians(1.0))
 EXACT = float(np.radians(0.5))
 SHARES = (0.0, 0.5, 1.0)
 _TRIES = 500
-_JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # joints that every CMU clip has
+_JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # joints by which CMU clips are recognised
 
 
 class Pair(NamedTuple):
-    """The indices of P and C, and the limb to which both belong."""
+    """The joints of a possible error.
+
+    Attributes
+    ----------
+    parent, child
+        Indices of the joint that rotates and of one of its children.
+    limb
+        The side and True for a leg, which identify the limb of both.
+    """
 
     parent: int
     child: int
@@ -78,7 +85,14 @@ class Pair(NamedTuple):
 class Place(NamedTuple):
     """The place of an injected error.
 
-    The fields are the number of its pair, the frames [start, stop), and the angle in radians.
+    Attributes
+    ----------
+    pair
+        Index of the pair of joints.
+    start, stop
+        The frames [start, stop).
+    offset
+        The angle in radians.
     """
 
     pair: int
@@ -89,7 +103,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Missed:
-    """An error that was not repaired, with the reason."""
+    """An error that was not repaired, with the reason `why`."""
 
     rig: str
     share: float
@@ -103,9 +117,22 @@ class Missed:
 
 @dataclass(frozen=True)
 class Count:
-    """The results for a rig's errors.
+    """The results for the errors on a rig.
 
-    `made_wrong` and `sound` count joints, summed over frames.
+    Attributes
+    ----------
+    errors, repaired
+        Numbers of errors and of repaired errors.
+    frames, repaired_frames, exact_frames
+        Numbers of error frames, of repaired ones, and of those repaired to within 0.5°.
+    made_wrong
+        Number of joints changed without an error, summed over frames.
+    sound
+        The same number in clips without errors.
+    pairs, chains
+        Number of pairs of joints, and of those that are examined.
+    missed
+        The errors that were not repaired.
     """
 
     errors: int = 0
@@ -133,7 +160,16 @@ def drawn(
 ) -> list[Place]:
     """Return random errors that are at least APART frames apart in each limb.
 
-    `limbs` has the limb of each pair.
+    Parameters
+    ----------
+    limbs
+        The limb of each pair of joints.
+    frames
+        Number of frames of the clip.
+    number
+        Number of errors.
+    rng
+        The source of random numbers.
     """
     places: list[Place] = []
     for _ in range(number if limbs else 0):
@@ -152,7 +188,7 @@ def drawn(
 
 
 def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) -> Motion:
-    """Turn P of each pair about its bone by the error's offset, and turn its children back."""
+    """Inject errors: rotate the parent of each pair about its bone, and its children back."""
     chains, errors = {}, []
     for place in places:
         pair = pairs[place.pair]
@@ -239,13 +275,16 @@ def _why_left(interval: Interval) -> str:
 
 
 def sound_changes(motion: Motion) -> int:
-    """Count the joints that change by more than 1° in a clip without errors, summed over frames."""
+    """Return the number of joints that a correction changes by more than 1°, summed over frames."""
     refined, _ = corrected(motion)
     return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
 
 
 def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
-    """Return the results for errors at limb joints, and for errors between pieces of a bone."""
+    """Return the results for errors at limb joints, and for errors between pieces of a bone.
+
+    `clips` has the CMU motions, keyed by name.
+    """
     at_joints, between = Count(), Count()
     for k, (name, motion) in enumerate(clips.items()):
         made = rigged(motion, rig)
@@ -283,10 +322,7 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
 
 
 def variants(rig: Rig) -> list[Rig]:
-    """Return a variant of the rig for each share of the roll, if it has pieces.
-
-    Any other rig is returned unchanged.
-    """
+    """Return a variant of a rig for each share of the roll if it has pieces, or only the rig."""
     return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
 
 
@@ -315,7 +351,7 @@ HEAD = (
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure all rigs and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=6)

@@ -75,7 +75,7 @@ class Tubes(QWidget):
         return both.reshape(-1, 3).astype(np.float32)
 
     def show_frame(self, frame: int) -> None:
-        """Move the tubes to a frame, and repaint."""
+        """Move the tubes to the pose in a frame, and repaint."""
         self._mesh.points[:] = self._points(frame)
         self._mesh.GetPoints().Modified()
         self._mesh.Modified()
@@ -83,7 +83,7 @@ class Tubes(QWidget):
 
 
 def repaint(view: QWidget) -> None:
-    """Repaint immediately. QWidget.repaint() would wait for the next vsync."""
+    """Repaint a widget immediately. QWidget.repaint() would wait for the next vsync."""
     QWidget.update(view)
     QApplication.sendEvent(view.window(), QEvent(QEvent.Type.UpdateRequest))
 
@@ -96,7 +96,7 @@ def time_of(action: Callable[..., None], *arguments: int) -> float:
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Return the median and the 95th percentile for both windows, in milliseconds."""
+    """Measure both windows, and return the medians and the 95th percentile in milliseconds."""
     data = analyse_file(clip)
     document = Document()
     document.show_clip(data)
@@ -106,7 +106,7 @@ def measure(clip: Path, frames: int) -> Figures:
         window.show()
         QTest.qWaitForWindowExposed(window)
         wait(300)
-    if data.chains:  # half of the frames have a ghost
+    if data.chains:  # show a ghost in half of the frames
         whole = Interval(
             data.chains[0].name, 0, document.frames // 2, np.full(document.frames // 2, 1.0)
         )
@@ -154,7 +154,7 @@ def measure(clip: Path, frames: int) -> Figures:
 
 
 def is_good(figures: Figures) -> bool:
-    """True if both windows meet their targets."""
+    """Return True if the median and the ratio meet their targets."""
     median, ratio = (float(figures[k]) for k in ("view_median_ms", "ratio"))
     return median <= TARGET_MS and ratio <= TARGET_RATIO
 

@@ -2,10 +2,11 @@
 
     python -m benchmarks.severity_order FOLDER... [--first N]
 
-For every clip in or below the folders, the severity is compared with the jumps per second of
-joints: by more than 45° or 4 % of the figure's height in a frame, and by more than four times the
-median of the two frames before and after. The output shows Spearman's rank correlation over all
-clips and over clips in which either value is above 0, and the first N clips in each order.
+For every clip in or below the folders, the severity is compared with the number of jumps per
+second. A jump is a movement of a joint in a frame by more than 45° or 4 % of the figure's height,
+and by more than four times the median of the two frames before and after. The output shows
+Spearman's rank correlation over all clips and over clips in which either value is above 0, and the
+first N clips in each order.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 
-TURN, WAY, TIMES = 45.0, 0.04, 4.0
+TURN, WAY, TIMES = 45.0, 0.04, 4.0  # degrees, share of the height, multiple of the neighbours
 
 
 def jumps_a_second(motion: Motion) -> float:
-    """Return the jumps per second in rotations and positions, except in the root's path."""
+    """Return the number of jumps per second of rotations, and of positions relative to the root."""
     if motion.frames < 6:
         return 0.0
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
@@ -42,8 +43,8 @@ def stand_out(steps: np.ndarray, least: float) -> np.ndarray:
     """Return a mask of the steps that reach `least` and are much larger than their neighbours.
 
     The neighbours are the two steps before and the two after. `steps` has the shape (frames − 1,
-    joints). The first two and the last two steps are left out, so the shape of the mask is (frames
-    − 5, joints).
+    joints). The first two and the last two steps are left out, so the mask has the shape (frames −
+    5, joints).
     """
     around = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
     here = steps[2:-2]
@@ -52,7 +53,7 @@ def stand_out(steps: np.ndarray, least: float) -> np.ndarray:
 
 
 def main() -> None:
-    """Compare both orders, and print the results."""
+    """Compare both orders and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--first", type=int, default=12)

@@ -34,14 +34,22 @@ from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip
 
 ERRORS = ("P0", "H6")
 DECOYS = "H6"
-HARDER = ("P0", "P0", "H1", "rich+H1")  # how clips are made harder before errors are injected
-WRONG = 0.1  # of the listed intervals
+HARDER = ("P0", "P0", "H1", "rich+H1")  # protocols that make clips harder before the injection
+WRONG = 0.1  # share of the listed intervals that are not errors
 ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
 
 
 @dataclass(frozen=True, eq=False)
 class Reviewed:
-    """A clip judged by this reviewer. Each verdict names the kind of its interval."""
+    """A clip that the simulated reviewer has judged.
+
+    Attributes
+    ----------
+    clip
+        The verdicts on the clip.
+    about
+        The kind of each verdict's interval: ACCEPTED, NATURAL or DECOY.
+    """
 
     clip: JudgedClip
     about: tuple[str, ...]
@@ -53,11 +61,19 @@ class Reviewed:
 
 
 def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
-    """Review a clip once, after the protocol `harder` has made its motion harder.
+    """Inject errors and decoys into a clip, and review it.
 
-    By default, a random protocol is used.
+    About a quarter of the injected twists are decoys.
 
-    There are a quarter as many chains with decoys as with errors.
+    Parameters
+    ----------
+    path
+        The clip.
+    seed
+        The seed of the errors.
+    harder
+        The protocol that makes the motion harder before the injection. By default, it is drawn at
+        random.
     """
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
@@ -73,7 +89,7 @@ def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
     for k in order.tolist():
         joints = {free[k].parent, free[k].child}
         if joints & taken:
-            continue  # the image of a neighbour's error does not judge the detector
+            continue  # an error in a neighbouring chain would also appear in this one
         taken |= joints
         wrong = len(decoys) < len(errors) / 3
         name = DECOYS if wrong else ERRORS[len(taken) // 2 % len(ERRORS)]
@@ -121,9 +137,20 @@ def sampled(
     most: int | None = None,
     mistaken: float = 0.0,
 ) -> list[JudgedClip]:
-    """Return at most `most` verdicts on a folder's clips, a tenth of them on wrong intervals.
+    """Return a sample of the verdicts on clips, a tenth of them on intervals that are not errors.
 
-    `kinds` are the kinds of wrong intervals. `mistaken` is the share of wrong verdicts.
+    Parameters
+    ----------
+    clips
+        The reviewed clips.
+    kinds
+        The kinds of intervals that are not errors.
+    rng
+        The source of random numbers.
+    most
+        The maximum number of verdicts.
+    mistaken
+        The share of verdicts that are reversed.
     """
     every = [(k, n, about) for k, c in enumerate(clips) for n, about in enumerate(c.about)]
     good = [(k, n) for k, n, about in every if about == ACCEPTED]

@@ -5,8 +5,8 @@
 In every clip, at 20, 30 and 120 frames per second, the components of the quaternions of 2-5 joints,
 or of all joints, are smoothed for 1-2 s by a Gaussian with a σ from 0.05 to 0.4 s (BrokenAMASS
 smooths all joints with 0.2 s). Only joints that move are smoothed. The output shows precision by
-frame, recall by frame and by span, and the spans found in the original clips. --as-they-are: use
-only the original clips at their own frame rate.
+frame, recall by frame and by span, and the spans found in the original clips. With --as-they-are,
+only the original clips are used, at their own frame rate.
 """
 
 from __future__ import annotations
@@ -28,13 +28,16 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import continuous_signs, normalise
 
 SIGMAS = 0.05, 0.1, 0.2, 0.4  # seconds
-_SHORTEST, _SLOWEST = 24, 15.0  # frames of a clip, and frames a second
+_SHORTEST, _SLOWEST = 24, 15.0  # minimum number of frames of a clip, and minimum frame rate
 
 
 def with_smoothed(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> tuple[Motion, slice] | None:
-    """Return the motion with a smoothed span, and its frames, or None if the clip is too short."""
+    """Return the motion with a smoothed span, and the span, or None if the clip is too short.
+
+    `sigma` is in seconds. `everything` is True to smooth all moving joints.
+    """
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -52,7 +55,7 @@ def with_smoothed(
 
 
 def found_in(motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of the frames in which smoothed spans are found, (frames,)."""
+    """Return a mask of the frames in which smoothed spans are found, shape (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for span in smoothed_spans(motion):
         mask[span.start : span.stop] = True
@@ -67,7 +70,10 @@ def spans_in(mask: NDArray[np.bool_]) -> int:
 def measure(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> Counter[str]:
-    """Return the counts for one clip."""
+    """Smooth a span in a clip and return the counts.
+
+    The parameters are as in :func:`with_smoothed`.
+    """
     made = with_smoothed(motion, rng, sigma, everything=everything)
     if made is None:
         return Counter()
@@ -83,7 +89,7 @@ def measure(
 
 
 def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
-    """Yield the name and motion of every BVH that is long enough.
+    """Yield the name and motion of every BVH that is long enough, at a frame rate.
 
     If `fps` is None, the clip's own frame rate is used.
     """
@@ -101,7 +107,7 @@ def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
 
 
 def main() -> None:
-    """Measure every frame rate, kind and strength of smoothing."""
+    """Measure every frame rate, number of joints and strength of smoothing."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,9 +1,12 @@
 """Draw the figure of docs/method.md, Soft errors: python -m benchmarks.soft_figure CLIP -o FILE.
 
 Errors of 10-40°, low-pass filtered at 10 Hz (as in F10), are injected into a clip in which both
-joints of every chain twist independently. The figure shows the twist of P and C; the part of P's
-twist that follows the sum of both, which no error changes; the departures from a bridge (an
-interpolation across the interval); and δ as found and as injected.
+joints of every chain, parent P and child C, twist independently. The figure shows
+
+- the twist of P and C,
+- the part of P's twist that follows the sum of both twists, which no error changes,
+- the departures from a bridge (an interpolation across the interval), and
+- δ as found and as injected.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ SPAN = 32  # length in frames of the drawn departures
 
 
 def draw(clip: Path, name: str, seed: int, output: Path) -> None:
-    """Draw the figure of a chain."""
+    """Draw the figure of the chain `name` into a file."""
     motion = read_bvh(clip).motion
     motion = motion.sliced(1, motion.frames)
     protocol = replace(parse_protocol("H12+F10"), delta=(10.0, 40.0))

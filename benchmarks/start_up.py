@@ -2,9 +2,9 @@
 
     python -m benchmarks.start_up [--runs N]
 
-Starts a new interpreter N times and opens the sample in the real window. Prints the median seconds
-until the window is painted, and until the clip's figure, tables and curves are painted. The first
-run, which reads files from the disk, is shown separately.
+A new interpreter is started N times and opens the sample in the real window. The output shows the
+median seconds until the window is painted, and until the clip's figure, tables and curves are
+painted. The first run, which reads files from the disk, is shown separately.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 
 
 def child(begun: float, clip: Path) -> None:
-    """Open the clip, and print both durations.
+    """Open the clip and print both durations.
 
     `begun` is the value of time.time() before the interpreter started.
     """
@@ -50,7 +50,7 @@ def child(begun: float, clip: Path) -> None:
 
 
 def main() -> None:
-    """Measure the start, and print the table."""
+    """Measure the start and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)

@@ -1,9 +1,9 @@
 """Measure the stated precision of automatic corrections: python -m benchmarks.stated_precision.
 
-The automatic corrections that two blind judges rated (docs/atlas-blind.csv, captures of strangers)
-are drawn as folders of an unknown rig. In each folder, 30 corrections get their verdict, either in
-the informative order or the worst first. The precision of the others is then estimated and compared
-with their verdicts. A doubtful verdict counts as an error in half of the folders.
+Folders of an unknown rig are imitated by samples of the automatic corrections that two blind judges
+rated (docs/atlas-blind.csv). In each folder, 30 corrections get their verdict, either in the
+informative order or with the worst first. The precision of the others is then estimated and
+compared with their verdicts. A doubtful verdict counts as an error in half of the folders.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SIZES, DRAWS = (60, 100, 136), 400
 
 
 def judged(path: Path) -> tuple[list[AutomaticCorrection], np.ndarray, list[str]]:
-    """Return the rated corrections, how bad each is, and the verdicts."""
+    """Return the rated corrections, how bad each is (degrees · √frames), and the verdicts."""
     rows = [r for r in csv.DictReader(path.open()) if r["applied"] == "yes" and r["confidence"]]
     found = [
         AutomaticCorrection(r["chain"], int(r["start"]), int(r["stop"]), float(r["confidence"]))

@@ -2,9 +2,9 @@
 
     python -m benchmarks.straight_figure CLIP -o FILE
 
-An error of 35°, which is typical of solvers, is injected wherever a limb of the clip is straight
-for a while. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
-the corrected curves.
+An error of 35°, which is typical of solvers, is injected into a chain wherever its limb is straight
+for a while. The figure shows its effect on the twist of the parent P and the child C and on the
+azimuth of C's bone, and the corrected curves.
 """
 
 from __future__ import annotations
@@ -32,9 +32,10 @@ DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
 
 
 def curves(motion, chain):
-    """Return the twists of P and C and, where it is defined, the azimuth.
+    """Return the twists of parent and child, the azimuth, and the bend, each of shape (frames,).
 
-    They are in degrees, (frames,) each.
+    The first three are in degrees, and the bend is in radians. The azimuth is NaN where it is
+    undefined.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     x, y = twist_increments(q_p, q_c, chain.axis)
@@ -43,7 +44,7 @@ def curves(motion, chain):
 
 
 def draw(clip: Path, name: str, output: Path) -> None:
-    """Draw the figure of a chain."""
+    """Draw the figure of the chain `name` into a file."""
     motion = read_bvh(clip).motion
     motion = motion.sliced(1, motion.frames)
     chain = next(c for c in analyse(motion).chains if c.name == name)
@@ -83,10 +84,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
 
 
 def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
-    """Set the titles and axes of panels that are one above the other.
-
-    The axes are degrees and seconds.
-    """
+    """Set the titles and the axes, degrees and seconds, of panels that are one above the other."""
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize=9, loc="left")
         panel.set_ylabel("degrees")

@@ -31,9 +31,18 @@ from twistcore.tuning.injected_curve import PROTOCOLS
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A chain of a clip: the curve for tuning, and one per protocol with other seeds.
+    """The curves of one chain in one clip.
 
-    `alarms` is the number of intervals corrected in the original clip, for each τ of the grid.
+    Attributes
+    ----------
+    chain
+        Name of the chain.
+    curve
+        The curve from which τ is suggested.
+    trials
+        The curves with other seeds, keyed by protocol.
+    alarms
+        Number of intervals corrected in the original clip, for each τ of the grid.
     """
 
     chain: str
@@ -43,7 +52,7 @@ class Tried:
 
 
 def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
-    """Return the curves for all chains of a clip."""
+    """Return the curves of all chains of a clip. `seeds` are the seeds of the trials."""
     motion = read_bvh(path).motion
     tuning = clip_tuning(motion, path.name, method=method)
     as_is = analyse(motion).by(method)
@@ -57,7 +66,7 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
 
 
 def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
-    """Print a block of results. `tau` has the τ chosen for each chain of each clip."""
+    """Print a block of results. `tau` has the τ chosen for each of `tried`, in radians."""
     place = [int(np.argmin(np.abs(t.curve.tau - x))) for t, x in zip(tried, tau, strict=True)]
     alarms = sum(int(t.alarms[k]) for t, k in zip(tried, place, strict=True))
     low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))
@@ -79,7 +88,7 @@ def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
 
 
 def main() -> None:
-    """Test the suggestions, and print both blocks of results."""
+    """Test the suggestions and print both blocks of results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=601, help="the first seed of the trial")

@@ -35,7 +35,8 @@ from tests.gui.waiting import wait
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 _CLIPS = ("walk_injected.bvh", "dance.bvh", "walk.bvh", "basketball.bvh")
 _WITH_ERRORS = ("walk.bvh", "dance.bvh")
-# Actions that end the program, ask for a file, need their own clip or take seconds.
+# Actions that are not triggered: they end the program, ask for a file, open a clip of their own,
+# or take seconds.
 _LEFT_OUT = (
     "close", "full_screen", "open_dialog", "open_folder", "show_about", "go_to_frame",
     "save_session_as", "save_profile", "load_profile", "compare_profiles", "export_page",
@@ -55,7 +56,7 @@ _KEYS = (
 
 @dataclass
 class Hand:
-    """A source of random actions. `held` is the plot over which the mouse button is held down."""
+    """A source of random actions. `held` is the plot in which the mouse button is held down."""
 
     window: MainWindow
     rng: random.Random
@@ -74,7 +75,7 @@ class Hand:
         return QPoint(x, y)
 
     def pull(self) -> None:
-        """Press the mouse button at an interval's border or centre, or continue a drag."""
+        """Press the mouse button at an interval's edge or centre, or continue a drag."""
         window = self.window
         if self.held is not None:
             QTest.mouseMove(self.held, self._place(self.held))
@@ -94,7 +95,7 @@ class Hand:
         self.held = view
 
     def let_go(self) -> None:
-        """Release the mouse button, if it is held down."""
+        """Release the mouse button if it is held down."""
         if self.held is not None:
             at = self._place(self.held)
             QTest.mouseRelease(self.held, _LEFT, Qt.KeyboardModifier.NoModifier, at)
@@ -107,13 +108,13 @@ class Hand:
         QTest.mouseClick(view, _LEFT, self.rng.choice(_KEYS), self._place(view))
 
     def popup(self) -> None:
-        """If a popup or dialog is open, press a key in it."""
+        """Press a key in the open popup or dialog, if there is one."""
         box = QApplication.activePopupWidget() or QApplication.activeModalWidget()
         if box is not None:
             QTest.keyClick(box, self.rng.choice(_PRESSED))
 
     def card(self) -> None:
-        """Change a number of the selected interval, and type a note."""
+        """Change the frames of the selected interval by typing, and type a note."""
         card = self.window.detail
         for box in (card.start, card.stop):
             if box.isEnabled():
@@ -128,7 +129,7 @@ class Hand:
 
 
 def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Counter[str]:
-    """Open the clips one after the other. Return the actions carried out in between."""
+    """Open random clips one after the other. Return the actions carried out in between."""
     hand = Hand(window, random.Random(seed))
     sitting = Sitting(window, clips, hand.rng)
     sitting.open(clips[0])

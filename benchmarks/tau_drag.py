@@ -1,13 +1,17 @@
 """Measure how fast the window follows a τ that is dragged: python -m benchmarks.tau_drag.
 
-Repeats the sample to 3,000, 10,000 and 100,000 frames (or --frames N…). Each repetition has three
-different errors, from 1° to 150°, so every move of τ changes the intervals found. Drags τ over 60
-values in the real window, and prints the median and 95th percentile of the time (a) until the core
-has found the new intervals, (b) until plots, table and strip are also on the screen, and (c) until
-the 3D view is drawn where it changes. A frame on a 60 Hz screen takes 16.7 ms. The second line is
-measured with the tuning tab in front, so that its two plots are painted as well. The last line
-shows how long the tab's curve takes to appear for the first length, and how long the event loop is
-blocked meanwhile.
+The sample is repeated up to 3,000, 10,000 and 100,000 frames (or --frames N…). Each repetition has
+three different errors, from 1° to 150°, so that every move of τ changes the intervals found. τ is
+dragged over 60 values in the real window. The output shows the median and 95th percentile of the
+time
+
+- until the core has found the new intervals,
+- until plots, table and strip are also on the screen, and
+- until the 3D view is drawn where it changes.
+
+A frame on a 60 Hz screen takes 16.7 ms. The second line of each length is measured with the tuning
+tab in front, so that its two plots are painted as well. The last line shows how long the tab's
+curve takes to appear for the first length, and how long the event loop is blocked meanwhile.
 """
 
 from __future__ import annotations
@@ -40,15 +44,15 @@ from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
 CHAIN = "LeftForeArm"
-# Each once: an analysis caches its solutions, so a repeated τ costs almost nothing.
+# Each value is used once, because an analysis caches its solutions.
 TAUS = np.geomspace(0.5, 120.0, 60)
 
 
 def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
-    """Repeat the clip with different errors in each repetition.
+    """Return the clip, repeated up to `frames`, with different errors in each repetition.
 
     Only the motion is repeated, not the bytes. The clip's path is in `folder`, where the journal of
-    the drag is written.
+    the review is written.
     """
     motion = clip.motion
     chains = find_chains(motion)
@@ -69,7 +73,7 @@ def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
 
 
 class _Painted(QObject):
-    """Records which widgets have been painted since `expect_all`."""
+    """An event filter that records which widgets have been painted since `expect_all`."""
 
     def __init__(self, widgets: list[QWidget]) -> None:
         super().__init__()
@@ -92,11 +96,11 @@ class _Painted(QObject):
 def measure(
     app: QApplication, frames: int, folder: Path, *, tuning: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Return the milliseconds of every step, (3, steps), and the largest number of intervals.
+    """Return the times of every step in ms, shape (3, steps), and the largest number of intervals.
 
-    The rows are: the core; plots, table and strip on the screen; the 3D view as well. If `tuning`
-    is True, the tuning tab is in front of the interval table, and its two plots are painted
-    instead.
+    The rows are the times until the core is done; until plots, table and strip are on the screen;
+    and until the 3D view is drawn as well. If `tuning` is True, the tuning tab is in front of the
+    interval table, and its two plots are painted instead.
     """
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
@@ -149,9 +153,9 @@ def measure(
 def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
     """Measure how the curve of the tuning tab appears for a newly opened clip.
 
-    Return the seconds until the selected chain's curve is drawn and until all curves are known, and
-    the longest time in milliseconds for which the event loop is blocked, meanwhile and in an
-    equally long time before.
+    Returns the seconds until the selected chain's curve is drawn and until all curves are known,
+    and the longest time in milliseconds for which the event loop is blocked, meanwhile and in an
+    equally long time without measurements.
     """
     head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
@@ -180,7 +184,10 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
 
 
 def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
-    """Run the event loop until a condition holds. Return its longest turn in milliseconds."""
+    """Run the event loop until `ready` returns True. Return its longest turn in milliseconds.
+
+    After `seconds`, the function returns in any case.
+    """
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:
         begun = time.perf_counter()
@@ -191,7 +198,7 @@ def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 
 
 
 def main() -> None:
-    """Measure all lengths, and print the tables."""
+    """Measure all lengths and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, action="append", help="clip lengths to measure")
     chosen = parser.parse_args().frames or [3_000, 10_000, 100_000]

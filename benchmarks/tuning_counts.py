@@ -1,10 +1,10 @@
 """Compare the numbers of the tuning page with ``twistcore detect --tau`` and the verdicts.
 
-A seeded random generator judges some of each clip's intervals. At several τ, the command lists the
+    python -m benchmarks.tuning_counts CLIP… [--inject]
+
+Random verdicts are given on some of each clip's intervals. At several τ, the command lists the
 intervals, and this script counts listed, automatic and rejected ones independently of the program.
 Then it compares these numbers with the page. `--inject` injects errors into the clips first.
-
-    python -m benchmarks.tuning_counts CLIP… [--inject]
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from twistcore.tuning import GRID, clip_tuning
 from twistcore.tuning.listed_intervals import list_counts
 from twistcore.tuning.verdicts_of import verdicts_in
 
-SURE_ENOUGH = 0.5  # as docs/guide.md states it
-PLACES = (0, 3, 10, 18, 26, 34)  # in the grid of τ: 0.1° to about 20°
+SURE_ENOUGH = 0.5  # the default confidence of automatic corrections according to docs/guide.md
+PLACES = (0, 3, 10, 18, 26, 34)  # indices in the grid of τ, from 0.1° to about 20°
 Counts = tuple[int, int, int]  # listed, automatic, rejected
 
 
 def listed_by_command(clip: Path, degrees: float) -> list[dict[str, Any]]:
-    """Return the counter-twists that the command lists at a τ."""
+    """Return the counter-twists that the command lists at a τ in degrees."""
     words = [sys.executable, "-m", "twistcore", "detect", str(clip), "--json", "--tau"]
     done = subprocess.run(
         [*words, repr(degrees)], check=True, capture_output=True, text=True, encoding="utf-8"
@@ -47,7 +47,8 @@ def recounted(
 ) -> Counts:
     """Return the numbers of listed, automatic and rejected intervals of a chain.
 
-    `judged` has spans of frames, each with True for an accepted interval.
+    `rows` are the listed intervals. `judged` has the chain and the span of each verdict, with True
+    for an accepted interval.
     """
     own = [row for row in rows if row["chain"] == chain]
     rejected = 0
@@ -63,7 +64,11 @@ def recounted(
 
 
 def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, list[str]]:
-    """Return how many numbers were compared, the number of false alarms, and the differences."""
+    """Compare the numbers for one clip.
+
+    Returns how many numbers were compared, the number of false alarms, and a sentence for each
+    difference.
+    """
     clip = read_clip(path)
     analysis = analyse(clip)
     low = float(np.degrees(GRID[places[1]]))

@@ -1,13 +1,13 @@
-"""Count the large turns from frame to frame that the program does not list.
+"""Count the large rotations from frame to frame that the program does not list.
 
     python -m benchmarks.unlisted_jumps FOLDER… [--degrees D] [--list N]
 
-A large turn is any turn of a joint by at least D degrees (default 45) from one frame to the next
-that is more than four times the median of the two turns before and the two after. Fast movement at
-a low frame rate is therefore not a large turn. A turn counts as listed if an interval at its frame,
-with a tolerance of two frames, concerns the joint, a chain or limb with the joint, or the whole
-body. For each folder, the table shows all turns, the listed ones, and those in frames where only
-another joint or nothing is listed.
+A large turn is a rotation of a joint by at least D degrees (default 45) from one frame to the next
+that is more than four times the median of the two rotations before and the two after. So fast
+movement at a low frame rate is not a large turn. A turn counts as listed if an interval at its
+frame, with a tolerance of two frames, concerns the joint, a chain or limb with the joint, or the
+whole body. For each folder, the table shows all turns, the listed ones, and those in frames where
+only another joint or nothing is listed.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ _WHOLE = {Kind.BODY_STEP, Kind.FROZEN, Kind.NOISE_BURST}
 
 
 def large_turns(motion: Motion, degrees: float) -> list[tuple[int, int, float]]:
-    """Return the frame, the joint and the degrees of every large turn.
+    """Return the frame, the joint and the angle in degrees of every large turn.
 
-    A turn's frame is the later of its two frames.
+    The frame is the later of the two frames.
     """
     if motion.frames < 6:
         return []
@@ -46,7 +46,7 @@ def large_turns(motion: Motion, degrees: float) -> list[tuple[int, int, float]]:
 
 
 def joints_of(interval: Interval, analysis: ClipAnalysis) -> set[int] | None:
-    """Return the joints that an interval names, or None if it is about the whole body."""
+    """Return the joints that an interval concerns, or None if it concerns the whole body."""
     if interval.kind in _WHOLE:
         return None
     skeleton = analysis.motion.skeleton

@@ -2,9 +2,9 @@
 
     python -m benchmarks.visible_limbs FOLDER… [--clips N] [--intervals N] [--views N]
 
-Draws random errors in each clip and requests the view of the limb, as **N** does in the window. The
-share of the limb that no other bone, head or chest hides is compared with the largest such share
-over evenly distributed directions. The target is 80 % of the best view.
+Random errors are injected into each clip, and the view of the limb is requested, as the key N does
+in the window. The share of the limb that no other bone, head or chest hides is compared with the
+largest such share over evenly distributed directions. The target is 80 % of the best view.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from twistcore.skeleton.rotation import Array, rotate
 from twistcore.synthesis import draw_errors, generator
 
 TARGET = 0.8
-_PLACES = np.linspace(0.05, 0.95, 10)[:, None]  # positions along a bone; the camera checks fewer
+_PLACES = np.linspace(0.05, 0.95, 10)[:, None]  # positions along a bone at which it is checked
 
 
 def directions(count: int) -> Array:
-    """Return evenly distributed unit vectors, (count, 3)."""
+    """Return evenly distributed unit vectors, shape (count, 3)."""
     level = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
     around = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
     wide = np.sqrt(1.0 - level**2)
@@ -44,7 +44,21 @@ def seen_shares(
     chain: Chain, bones: tuple[BoneSegment, ...], pose: tuple[Array, Array], height: float,
     views: Array,
 ) -> Array:  # fmt: skip
-    """Return the visible share of a chain's bones from each view, (views,)."""
+    """Return the visible share of a chain's bones from each view, shape (views,).
+
+    Parameters
+    ----------
+    chain
+        The chain.
+    bones
+        The bones that may hide it.
+    pose
+        The global rotations and positions of all joints.
+    height
+        The height of the figure.
+    views : array, shape (views, 3)
+        The directions to the viewer.
+    """
     rotations, positions = pose
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
@@ -57,7 +71,10 @@ def seen_shares(
 
 
 def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[float]:
-    """Return the visible share of each interval's limb, relative to the best view."""
+    """Return the visible share of each interval's limb, relative to the best view.
+
+    `name` seeds the errors, and `intervals` is the number of errors.
+    """
     chains = find_chains(motion)
     rotations, positions = forward_kinematics(motion)
     up, height = (

@@ -58,10 +58,10 @@ def dirty_walk() -> Clip:
 @pytest.fixture
 def batch_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """`twistcore batch` takes clips in this process, because to start another takes a second."""
-    from twistcore.batch.clip_task import process
+    from twistcore.batch.clip_task import run_task
 
     def in_this_process(tasks, seconds, *, workers):
-        return each(process, tasks, 1)
+        return each(run_task, tasks, 1)
 
     monkeypatch.setattr("twistcore.cli.batch_command._in_processes", in_this_process)
 

@@ -1,4 +1,4 @@
-"""The errors that this package raises. Their messages are sentences for users."""
+"""Define the errors that this package raises. Their messages are sentences for users."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """The base class of all errors that users should see. The message is one sentence.
+    """The base class of all errors whose message users should see. The message is one sentence.
 
     Examples
     --------
@@ -27,15 +27,25 @@ class TwistError(Exception):
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Create an error without calling __init__, since that would need more arguments.
+    """Create an error without calling __init__, which would need more arguments.
 
-    The attributes are set afterwards by pickle.
+    Pickle then sets the attributes.
     """
     return kind.__new__(kind, *arguments)
 
 
 class ClipError(TwistError):
-    """Raised if a clip cannot be read, with the position in the file and the expected text."""
+    """Raised if a clip cannot be read.
+
+    Parameters
+    ----------
+    path
+        The file.
+    expected
+        A sentence about the expected contents.
+    line, column
+        The position in the file, from 1, or None if unknown.
+    """
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -54,7 +64,7 @@ class BvhError(ClipError):
 
 
 class AmcError(ClipError):
-    """Raised if an AMC file, or the ASF file with the skeleton, cannot be read."""
+    """Raised if an AMC file, or the ASF file with its skeleton, cannot be read."""
 
 
 class NpzError(TwistError):

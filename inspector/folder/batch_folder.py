@@ -16,7 +16,7 @@ from inspector.language import of_core, tr
 from inspector.session.session_files import decided_counts, kept_sessions
 from inspector.widgets.background import Task
 from twistcore.batch.clip_task import signature_of
-from twistcore.batch.decisions import decisions_of
+from twistcore.batch.decisions import count_decisions
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 from twistcore.batch.run import LOCK
 from twistcore.detection import DEFAULT_METHOD
@@ -146,7 +146,7 @@ class BatchFolder(QObject):
     def _record(self, path: Path, source: str) -> None:
         sessions = kept_sessions(path)
         with Manifest.open(self.folder) as manifest:
-            manifest.note_decisions(source, decisions_of(sessions[0]) if sessions else {})
+            manifest.note_decisions(source, count_decisions(sessions[0]) if sessions else {})
 
 
 def _options_text(given: Mapping[str, Any]) -> str:

@@ -32,7 +32,7 @@ from inspector.session.session_files import decided_counts, modified_ns
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import exports_among
+from twistcore.export.exported_clips import exports_among
 from twistcore.files.atomic import same_file
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip_files import clips_in

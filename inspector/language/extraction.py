@@ -43,7 +43,7 @@ _ROOMS_OF_CORE = (
         "export/replay",
         "export/scene_keys",
     ),
-    *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
+    *("export/exported_clips", "study/class_exercise", "study/exercise_clip"),
 )
 # The values of these names are single words, which are shown as well
 _WORDS = ("Kind", "Decision", "SEEN")

@@ -41,7 +41,7 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Judged
-from twistcore.review.model import levelled, resized
+from twistcore.review.model import resized, with_level
 from twistcore.review.soft_onset import soft_onset
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
@@ -344,7 +344,7 @@ class DetailCard(QWidget):
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
-            edited = levelled(judged.interval, float(np.radians(degrees)))
+            edited = with_level(judged.interval, float(np.radians(degrees)))
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:

@@ -11,8 +11,8 @@ from twistcore.review.agreement import (
     Agreement,
     PairedIntervals,
     decided_by_person,
-    left_to_second,
-    paired,
+    decisions_left_to_second,
+    pair_intervals,
     reviewers_of,
 )
 
@@ -51,7 +51,7 @@ class SecondReview:
 
     def __init__(self, session: Session, intervals: Sequence[Judged]) -> None:
         self._theirs = session.state.intervals
-        self.agreement = Agreement(paired(intervals, self._theirs))
+        self.agreement = Agreement(pair_intervals(intervals, self._theirs))
         both = reviewers_of(intervals), reviewers_of(self._theirs)
         self.mine, self.theirs = map(", ".join, both)
         self._began = {j.id: (j.decision, j.decided_at) for j in intervals}
@@ -62,7 +62,7 @@ class SecondReview:
 
         Settled differences are included.
         """
-        pairs = paired(state.intervals, self._theirs)
+        pairs = pair_intervals(state.intervals, self._theirs)
         rows = [DifferenceRow(pair, self._is_settled(pair)) for pair in pairs]
         self._listed.update(row.key for row in rows if row.pair.difference is not None)
         return sorted((r for r in rows if r.key in self._listed), key=partial(_place, state))

@@ -27,7 +27,7 @@ from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
-from twistcore.review.left_out import joined_spans, missing_from
+from twistcore.review.left_out import joined_spans, uncovered_parts
 from twistcore.review.session import session_document
 from twistcore.skeleton.limb import Limb
 

@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.session.opening import Analysed
 from twistcore.analysis.correction import Corrected
 from twistcore.analysis.error_groups import without_alternatives
-from twistcore.batch.how_bad import root_mean_square
+from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review
@@ -129,7 +129,7 @@ class OpenClip(QObject):
         if interval not in self._severities:
             assert self.data is not None
             motion, chain = self.data.motion, self.find_chain(interval.chain)
-            severity = root_mean_square([(interval, chain)], motion.frames, motion.fps)
+            severity = severity_of_intervals([(interval, chain)], motion.frames, motion.fps)
             self._severities[interval] = severity
         return self._severities[interval]
 

@@ -16,7 +16,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.export.exports_beside import REPLAY_SUFFIX
+from twistcore.export.exported_clips import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
 from twistcore.files.document_values import shown_words
 from twistcore.files.marks import file_mark, found_file

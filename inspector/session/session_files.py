@@ -19,7 +19,7 @@ import platformdirs
 
 from inspector.language import of_core, tr
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
+from twistcore.export.exported_clips import REPLAY_SUFFIX, clip_of_session
 from twistcore.files.atomic import free_name, write_atomically
 from twistcore.files.document_values import bytes_of, has, items, parsed_json, path_text
 from twistcore.files.encoding import json_bytes

@@ -23,7 +23,7 @@ from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
+from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, read_judged_clip
 from twistcore.work.progress import Tell
 
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
@@ -184,7 +184,7 @@ def _counted(
         key = sessions[0], modified_ns(sessions[0]), performers.of(path)
         if key not in known:
             try:
-                known[key] = judged_in(path, sessions[0], key[2])
+                known[key] = read_judged_clip(path, sessions[0], key[2])
             except TwistError as error:
                 known[key] = of_core(error)
         judged = still[key] = known[key]

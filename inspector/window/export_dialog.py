@@ -24,7 +24,7 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import EXPORT_MARK
+from twistcore.export.exported_clips import EXPORT_MARK
 from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import file_mark
 from twistcore.review import Decision, Tracking

@@ -28,7 +28,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
 from twistcore.review import Annotate, Decision, Judged, Remove, ReviewState
-from twistcore.review.model import flattened, following, resized
+from twistcore.review.model import flattened, resized, with_straight_twist
 
 
 @dataclass(eq=False)
@@ -360,7 +360,7 @@ class ReviewActions:
             )
         elif judged and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
-            self.document.edit(judged.id, following(judged.interval, angle))
+            self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
 
     def turn_end(self) -> None:
         """Switch whether the part below the selected interval turns with the limb.

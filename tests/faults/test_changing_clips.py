@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import clips
 from twistcore.batch import clip_result
-from twistcore.batch.clip_task import process
+from twistcore.batch.clip_task import run_task
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import DONE, Manifest
 from twistcore.batch.parameters import Parameters
@@ -45,11 +45,11 @@ def appended(path, data):
 
 
 def in_two_processes(tasks, _seconds):
-    return each(process, tasks, 2)
+    return each(run_task, tasks, 2)
 
 
 def one_by_one(tasks, _seconds):
-    return ((task, process(task)) for task in tasks)
+    return ((task, run_task(task)) for task in tasks)
 
 
 def run(folder, out, carry_out=one_by_one):
@@ -137,7 +137,7 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
     [path] = clips(folder, DIRTY, 1, frames=60)
     whole = path.read_bytes()
     path.write_bytes(whole[:300] + rest)
-    work = clip_result.processed
+    work = clip_result.process_clip
 
     def copied_meanwhile(*words):
         try:
@@ -146,7 +146,7 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
             path.write_bytes(whole)
 
     sources = find_inputs([str(folder)]).sources
-    monkeypatch.setattr(clip_result, "processed", copied_meanwhile)
+    monkeypatch.setattr(clip_result, "process_clip", copied_meanwhile)
 
     summary = run_batch(out, sources, Parameters(), one_by_one)
     assert (summary.done, len(summary.failed)) == (0, 1)

@@ -12,7 +12,7 @@ from tests.twistcore.reviews import CLIP, fresh
 from twistcore.cli.command_line import main
 from twistcore.export.interrupted import (
     interrupted_exports,
-    interruption,
+    interruption_sentence,
     marked_export,
     was_interrupted,
 )
@@ -55,13 +55,13 @@ def test_a_killed_export_is_recognised_until_the_next_one(name, tmp_path, export
         assert not interrupted_exports(clip)
         os.kill(process.pid, KILL)
     assert was_interrupted(session)
-    assert name in interruption(session)
+    assert name in interruption_sentence(session)
     assert interrupted_exports(clip) == [name]
     assert not interrupted_exports(tmp_path / "other.bvh")
     with marked_export(session, clip):
         assert not was_interrupted(session)
     assert not interrupted_exports(clip)
-    assert not interruption(session)
+    assert not interruption_sentence(session)
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 

@@ -16,14 +16,14 @@ from inspector.folder.batch_folder import BatchFolder, _options_text
 from tests.fuzz.json_damage import TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS
 from tests.fuzz.trial import Kind
-from twistcore.batch.clip_result import processed
-from twistcore.batch.gates import broken, parse_rule
+from twistcore.batch.clip_result import process_clip
+from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import DONE, FAILED, FILE, Manifest, ManifestRow
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clips_csv, interval_rows, json_line
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
-from twistcore.report.folder_page import folder_page, known_page
+from twistcore.report.folder_page import folder_page, manifest_page
 from twistcore.report.folder_report import _home, page_of
 
 _RULES = [
@@ -51,7 +51,7 @@ def _manifest() -> bytes:
                 (("walk_injected", usual), ("kick", usual), ("walk", other))
             ):
                 path = ASSETS / f"{name}.bvh"
-                clip, result, _ = processed(path, parameters)
+                clip, result, _ = process_clip(path, parameters)
                 manifest.put_parameters(parameters)
                 row = ManifestRow(
                     str(path), f"takes/{path.name}", DONE, mark=parameters.mark,
@@ -165,12 +165,12 @@ def _read(folder: Path) -> object:
             manifest.note_decisions(record.source, dict(record.decisions))
     numbers = FolderNumbers()
     rows = worst_first([numbers.add(record) for record in records])
-    told = broken(_RULES, records)
+    told = broken_rules(_RULES, records)
     folder_page("x", rows, numbers, told)
     junit_xml(records, _RULES, told)
     clips_csv(records)
     for record in records:
-        known_page(record, "", _home(record, "home"))
+        manifest_page(record, "", _home(record, "home"))
         json_line(record)
         list(interval_rows(record))
         assert (

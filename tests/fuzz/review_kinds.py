@@ -24,8 +24,8 @@ from inspector.session.session_files import decided_counts
 from tests.fuzz.json_damage import damage_bytes, damaged_json
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.batch.decisions import decisions_of
-from twistcore.export.exports_beside import clip_of_session
+from twistcore.batch.decisions import count_decisions
+from twistcore.export.exported_clips import clip_of_session
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.files.encoding import json_bytes
 from twistcore.formats.bvh import read_bvh
@@ -51,7 +51,7 @@ from twistcore.review import (
     read_session,
 )
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, recover
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.review.session import session_bytes, session_document
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning.folder_sessions import sessions_in
@@ -72,7 +72,7 @@ def analysis() -> ClipAnalysis:
 def commands() -> list[Command]:
     """One of every kind at least, each possible after those before it."""
     found = tuple(analysis().detect())
-    moved = constant("LeftForeArm", 10, 30, 0.4)
+    moved = constant_interval("LeftForeArm", 10, 30, 0.4)
     tau = dict(analysis().detect().tau)
     rig = Rig(remove=("RightLeg",))
     left = {name: t for name, t in tau.items() if name != "RightLeg"}
@@ -136,7 +136,7 @@ def _read_session(folder: Path) -> object:
     clip_of_session(path)
     decided_counts(folder / "walk_injected.bvh")
     kept, sha256 = opening.read_session_file(path)
-    decisions_of(path)
+    count_decisions(path)
     _shown(path, sha256, kept)
     chains = chains_of(kept, clip())
     state = kept.state

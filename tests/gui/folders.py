@@ -2,7 +2,7 @@
 
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
-from twistcore.batch.how_bad import root_mean_square
+from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import rewritten
@@ -19,7 +19,7 @@ def put_errors(path, chains_hit, seed=1):
     path.write_bytes(rewritten(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
-    return root_mean_square(found, clip.motion.frames, clip.motion.fps)
+    return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)
 
 
 def two_takes(qtbot, show_window, folder, **known):

@@ -15,7 +15,7 @@ from tests.gui import forked
 from tests.gui.programs import Program
 from tests.processes import children_of, is_alive, until
 from twistcore.cli import main
-from twistcore.export.interrupted import interrupted_exports, interruption
+from twistcore.export.interrupted import interrupted_exports, interruption_sentence
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes
 
@@ -150,7 +150,7 @@ def killed_in_an_export(place, seed):
         assert again.read_bytes() == out.read_bytes() or (earlier and accepted == 2)
         if again.read_bytes() != out.read_bytes():
             assert interrupted_exports(clip) == [replay.name]
-            assert "interrupted" in interruption(replay)
+            assert "interrupted" in interruption_sentence(replay)
     for path in folder.iterdir():
         if path.name.endswith(_PARTS):  # begun: it may have nothing in it yet
             assert path.name.startswith(".")

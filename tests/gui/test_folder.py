@@ -21,7 +21,7 @@ from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
-from twistcore.export.exports_beside import exports_among
+from twistcore.export.exported_clips import exports_among
 
 
 def test_the_worst_comes_first_and_the_bad_are_marked(qtbot, queue, tmp_path):

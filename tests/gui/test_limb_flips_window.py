@@ -32,7 +32,7 @@ from twistcore.review import (
     recover,
     write_session,
 )
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.rotation import wrap
@@ -287,7 +287,7 @@ def reviewed_before(kick):
     """A clip, and a review of its chains alone in which a hand-made twist is accepted."""
     clip = read_bvh(kick)
     review = Review.of(core.detect(clip, find_chains(clip.motion), kinds="counter-twist"))
-    review.do(Insert(constant(CHAIN, 100, 120, 0.5)))
+    review.do(Insert(constant_interval(CHAIN, 100, 120, 0.5)))
     review.do(Decide((1,), Decision.ACCEPTED))
     return clip, review.state
 

@@ -16,7 +16,7 @@ from tests.messages import names_in_one_line
 from tests.twistcore.amass_files import write_amass
 from tests.twistcore.pose_layout_files import write_aist
 from twistcore.cli import main as twistcore
-from twistcore.export.exports_beside import exports_among
+from twistcore.export.exported_clips import exports_among
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.npz.body import BODIES
 from twistcore.review import Decision

@@ -11,7 +11,7 @@ from inspector.session.session_files import kept_sessions, refuge_path
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
 from tests.twistcore.amass_files import write_amass
-from twistcore.export.exports_beside import exports_among
+from twistcore.export.exported_clips import exports_among
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import clips_in
 from twistcore.review import Decision

@@ -15,7 +15,7 @@ from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS, Kind
 from twistcore.review import Decision, Insert
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 
@@ -489,7 +489,7 @@ def test_another_clip_may_be_jumped_through_at_once(qtbot, timeline, document):
 
 def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
     for start in range(0, document.frames - 1, 2):
-        document.do(Insert(constant(document.chain, start, start + 1, 0.1)))
+        document.do(Insert(constant_interval(document.chain, start, start + 1, 0.1)))
     timeline.refresh()
     assert not timeline.grab().isNull()
     timeline.visible.show(10, 40)

@@ -26,8 +26,8 @@ from twistcore.review import (
     read_session,
     write_session,
 )
-from twistcore.review.agreement import paired
-from twistcore.review.model import constant, resized
+from twistcore.review.agreement import pair_intervals
+from twistcore.review.model import constant_interval, resized
 
 A, R = Decision.ACCEPTED, Decision.REJECTED
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
@@ -62,7 +62,7 @@ def ben(clip):
     more = (
         Edit(2, resized(one, one.start, one.stop + 3)),
         Annotate(3, "looks natural", "motion"),
-        Insert(constant("LeftArm", 300, 310, 0.4)),
+        Insert(constant_interval("LeftArm", 300, 310, 0.4)),
         Decide((9,), A, "Ben", LATER),
     )
     return written(clip, "Ben", (1, 2, 4), (3, 5, 6), LATER, *more)
@@ -184,7 +184,7 @@ def test_a_third_verdict_survives_a_crash_and_is_exported(qtbot, compared, show_
     out = ada.with_name("out.bvh")
     assert twistcore(["apply", str(ada), str(clip.path), "-o", str(out)]) == 0
     again = read_session(ada).state.intervals
-    assert all(pair.difference is None for pair in paired(expected, again))
+    assert all(pair.difference is None for pair in pair_intervals(expected, again))
     written(clip, "Ada", (1, 2, 3, 5), (6,), THEN)
     close_window(qtbot, compared)
     journal.write_bytes(kept)  # as a killed program leaves it

@@ -19,7 +19,7 @@ from tests.twistcore.test_quantities import MOTIONS, WALK
 from twistcore import read_clip, write_clip
 from twistcore.detection import Kind
 from twistcore.review import Decision
-from twistcore.review.model import levelled
+from twistcore.review.model import with_level
 
 SAMPLE = read_clip("assets/walk.bvh")
 
@@ -107,7 +107,7 @@ def test_an_edited_stretch_shows_its_new_angle(qtbot, show_timeline):
     document, pane = timeline.document, timeline.panes["why"]
     before = shown(qtbot, timeline)
     judged = document.interval
-    document.edit(judged.id, levelled(judged.interval, math.radians(150.0)))
+    document.edit(judged.id, with_level(judged.interval, math.radians(150.0)))
     timeline.refresh()
     assert len(pane.values["value"][0]) == document.frames  # it stays until the new one is there
     qtbot.waitUntil(lambda: pane.quantity is not before)

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from twistcore.batch.clip_task import ClipTask, Outcome, process
+from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
@@ -46,13 +46,13 @@ def as_its_name_says(task: ClipTask) -> Outcome:
         time.sleep(600.0)
     if "greedy" in task.name:
         return _greedy(task)
-    return process(task)
+    return run_task(task)
 
 
 def slowly(task: ClipTask) -> Outcome:
     """The same after a while, so that others can be ended meanwhile."""
     time.sleep(0.15)
-    return process(task)
+    return run_task(task)
 
 
 def run_slowly(folder: str, out: str) -> None:
@@ -73,8 +73,8 @@ def _greedy(task: ClipTask) -> Outcome:
     def much(*_: object) -> None:
         bytearray(10**10)  # more than it may have, though there were enough
 
-    clip_result.processed = much  # type: ignore[assignment]
+    clip_result.process_clip = much  # type: ignore[assignment]
     try:
-        return process(task)
+        return run_task(task)
     finally:
         del sys.modules[clip_result.__name__]

@@ -6,14 +6,14 @@ import numpy as np
 
 from twistcore.detection import Kind
 from twistcore.review import Decision, Review, start_review
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 ARM, LEG = "Arm", "Leg"
 JUMP = Kind.LONE_JUMP
 
 
 def made(chain, start, stop, degrees=10.0, **more):
-    return replace(constant(chain, start, stop, np.radians(degrees)), **more)
+    return replace(constant_interval(chain, start, stop, np.radians(degrees)), **more)
 
 
 FOUND = (

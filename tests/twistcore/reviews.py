@@ -28,7 +28,7 @@ from twistcore.review import (
     Sign,
     start_review,
 )
-from twistcore.review.model import constant, levelled, resized
+from twistcore.review.model import constant_interval, resized, with_level
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
@@ -143,8 +143,12 @@ def commands(state):
             ids,
             st.integers(0, 5),
         ),
-        st.builds(lambda i, d: Edit(i, levelled(state.find(i).interval, d)), ids, st.floats(-3, 3)),
-        st.builds(lambda s: Insert(constant("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)),
+        st.builds(
+            lambda i, d: Edit(i, with_level(state.find(i).interval, d)), ids, st.floats(-3, 3)
+        ),
+        st.builds(
+            lambda s: Insert(constant_interval("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)
+        ),
         st.builds(lambda s: LeaveOut(((s, s + 9), (s + 5, 340))), st.integers(0, 300)),
         st.just(CarryOver(fresh().state.intervals[:3])),
         st.builds(redetect, st.sampled_from(["LeftForeArm", "RightUpLeg"]), st.floats(0.5, 150)),

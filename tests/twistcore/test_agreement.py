@@ -30,12 +30,12 @@ from twistcore.review.agreement import (
     Agreement,
     PairDifference,
     cohen_kappa,
-    left_to_second,
+    decisions_left_to_second,
     merged_review,
-    paired,
+    pair_intervals,
     reviewers_of,
 )
-from twistcore.review.model import constant, resized
+from twistcore.review.model import constant_interval, resized
 
 A, R = Decision.ACCEPTED, Decision.REJECTED
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
@@ -60,7 +60,7 @@ def longer(state, number, frames=3):
 
 START = Review(FOUND).state
 ADA = reviewed("Ada", (1, 2, 3, 5), (6,))
-BY_HAND = constant("LeftArm", 300, 310, 0.4)
+BY_HAND = constant_interval("LeftArm", 300, 310, 0.4)
 BEN = reviewed(
     "Ben", (1, 2, 4), (3, 5, 6), longer(START, 2), Annotate(3, "natural", "motion"),
     Insert(BY_HAND), Decide((9,), A, "Ben", LATER), at=LATER,
@@ -69,7 +69,7 @@ BEN = reviewed(
 
 def differences(mine, theirs):
     """The difference of each pair that differs, keyed by the id of one of them."""
-    found = Agreement(paired(mine.intervals, theirs.intervals))
+    found = Agreement(pair_intervals(mine.intervals, theirs.intervals))
     return {pair.either.id: pair.difference for pair in found.differences}
 
 
@@ -105,7 +105,7 @@ def test_edits_differ_even_if_nobody_has_decided_but_not_of_what_both_reject():
 def test_automatic_corrections_are_nobody_s_decision():
     automatic = reviewed("")
     automatic = Decide((1, 2), A).apply(automatic)
-    found = Agreement(paired(automatic.intervals, BEN.intervals))
+    found = Agreement(pair_intervals(automatic.intervals, BEN.intervals))
     assert found.decisions == ()
     assert differences(automatic, reviewed("Ben", (1,))) == {1: PairDifference.DECIDED}
 
@@ -114,21 +114,21 @@ def test_pairs_need_the_chain_and_kind_and_the_largest_overlap_is_first():
     def listed(*spans, chain="LeftArm"):
         found = START.with_intervals(())
         for start, stop in spans:
-            found = Insert(constant(chain, start, stop, 0.4)).apply(found)
+            found = Insert(constant_interval(chain, start, stop, 0.4)).apply(found)
         return found.intervals
 
     mine, theirs = listed((10, 40), (40, 50)), listed((5, 12), (12, 41), (60, 70))
     spans = [
         tuple(j and (j.interval.start, j.interval.stop) for j in (pair.mine, pair.theirs))
-        for pair in paired(mine, theirs)
+        for pair in pair_intervals(mine, theirs)
     ]
     assert spans == [((10, 40), (12, 41)), ((40, 50), None), (None, (5, 12)), (None, (60, 70))]
     other = listed((10, 40), chain="RightArm")
-    assert all(None in (pair.mine, pair.theirs) for pair in paired(mine, other))
+    assert all(None in (pair.mine, pair.theirs) for pair in pair_intervals(mine, other))
 
 
 def test_percent_and_kappa_of_what_both_have_decided():
-    found = Agreement(paired(ADA.intervals, BEN.intervals))
+    found = Agreement(pair_intervals(ADA.intervals, BEN.intervals))
     assert (len(found.decisions), found.alike, found.percent) == (5, 3, 60.0)
     assert found.kappa == pytest.approx((0.6 - 0.44) / 0.56)  # 4/5·2/5 + 1/5·3/5 by chance
     assert found.why_no_kappa == ""
@@ -143,7 +143,7 @@ def test_percent_and_kappa_of_what_both_have_decided():
     ],
 )
 def test_an_undefined_kappa_has_a_reason(mine, theirs, percent, why):
-    found = Agreement(paired(mine.intervals, theirs.intervals))
+    found = Agreement(pair_intervals(mine.intervals, theirs.intervals))
     assert (found.percent, found.kappa) == (percent, None)
     assert why in found.why_no_kappa
     assert why in found.summary
@@ -164,7 +164,7 @@ def test_kappa_is_one_for_all_alike_and_zero_as_by_chance():
 
 
 def test_their_decision_comes_with_their_correction_and_the_id_of_mine():
-    pairs = {p.either.id: p for p in paired(ADA.intervals, BEN.intervals)}
+    pairs = {p.either.id: p for p in pair_intervals(ADA.intervals, BEN.intervals)}
     state = Settle(tuple(pairs[k].taken(ADA.next_id) for k in (2, 3, 9))).apply(ADA)
     assert {j.id for j in state.intervals} == {*range(1, 9), ADA.next_id}
     assert state.find(2).interval.stop == BEN.find(2).interval.stop
@@ -175,7 +175,7 @@ def test_their_decision_comes_with_their_correction_and_the_id_of_mine():
     assert differences(state, BEN).keys() == {4, 5}
     assert pairs[7].taken(10) is None
     noted = Annotate(3, "my note").apply(ADA)
-    [pair] = (p for p in paired(noted.intervals, BEN.intervals) if p.either.id == 3)
+    [pair] = (p for p in pair_intervals(noted.intervals, BEN.intervals) if p.either.id == 3)
     assert pair.taken(10).note == "my note"
     with pytest.raises(ValueError, match="no chain"):
         Settle(BEN.intervals).apply(replace(ADA, tau={}))
@@ -185,7 +185,7 @@ def test_what_was_taken_is_one_step_and_is_in_the_journal(tmp_path):
     review, path = Review(ADA), tmp_path / "walk.twist.json.journal"
     journal = Journal(path, CLIP, ADA)
     command = Settle(
-        tuple(filter(None, (p.taken(9) for p in paired(ADA.intervals, BEN.intervals))))
+        tuple(filter(None, (p.taken(9) for p in pair_intervals(ADA.intervals, BEN.intervals))))
     )
     review.do(command)
     journal.do(command)
@@ -200,20 +200,23 @@ def test_what_was_taken_is_one_step_and_is_in_the_journal(tmp_path):
 def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice():
     def taken(state, theirs=BEN):
         return {
-            j.id: j.reviewer for j in left_to_second(paired(state.intervals, theirs.intervals), 20)
+            j.id: j.reviewer
+            for j in decisions_left_to_second(pair_intervals(state.intervals, theirs.intervals), 20)
         }
 
     assert taken(ADA) == {4: "Ben", 20: "Ben"}
     assert taken(longer(ADA, 4).apply(ADA)) == {20: "Ben"}  # my own edit
-    two = Insert(constant("LeftArm", 320, 330, 0.4)).apply(BEN)
+    two = Insert(constant_interval("LeftArm", 320, 330, 0.4)).apply(BEN)
     two = Decide((10,), A, "Ben", LATER).apply(two)
     assert taken(ADA, two).keys() == {4, 20, 21}
     # Mine is the pair of one, and overlaps the other of the same chain as well.
-    mine = Insert(constant("LeftArm", 305, 330, 0.4)).apply(ADA)
+    mine = Insert(constant_interval("LeftArm", 305, 330, 0.4)).apply(ADA)
     assert taken(mine, two).keys() == {4}
     # Theirs is the pair of one that I left undecided, and overlaps another of mine as well.
     stop = ADA.find(4).interval.stop
-    mine = Insert(constant(ADA.find(4).interval.chain, stop + 5, stop + 15, 0.4)).apply(ADA)
+    mine = Insert(constant_interval(ADA.find(4).interval.chain, stop + 5, stop + 15, 0.4)).apply(
+        ADA
+    )
     longer_by_six = Edit(4, resized(ADA.find(4).interval, ADA.find(4).interval.start, stop + 6))
     assert 4 in taken(ADA, longer_by_six.apply(BEN))
     assert 4 not in taken(mine, longer_by_six.apply(BEN))
@@ -223,7 +226,7 @@ def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice()
 
 
 def test_a_merged_review_decides_nothing_by_itself():
-    found = Agreement(paired(ADA.intervals, BEN.intervals))
+    found = Agreement(pair_intervals(ADA.intervals, BEN.intervals))
     both = merged_review(found, ADA)
     decided = {j.id: j.decision for j in both.intervals if j.decision != Decision.UNDECIDED}
     assert decided == {1: A, 6: R}
@@ -235,7 +238,7 @@ def test_a_merged_review_decides_nothing_by_itself():
     assert both.find(9).by_hand
     assert both.find(9).interval.start == 300
     assert both.find(8).note == ""
-    other = merged_review(Agreement(paired(BEN.intervals, ADA.intervals)), BEN)
+    other = merged_review(Agreement(pair_intervals(BEN.intervals, ADA.intervals)), BEN)
     assert {j.id: j.decision for j in other.intervals} == {j.id: j.decision for j in both.intervals}
 
 
@@ -295,7 +298,7 @@ def test_what_cannot_be_compared_is_refused(sessions, tmp_path, capsys):
     assert "clip" in capsys.readouterr().err
     fewer = replace(ADA, tau={k: v for k, v in ADA.tau.items() if k != "LeftArm"})
     with refused(ClipMismatchError, "different chains"):
-        merged_review(Agreement(paired(ADA.intervals, BEN.intervals)), fewer)
+        merged_review(Agreement(pair_intervals(ADA.intervals, BEN.intervals)), fewer)
 
 
 def test_a_session_that_does_not_fit_the_clip_is_not_merged(sessions, tmp_path, capsys):
@@ -309,8 +312,8 @@ def test_a_session_that_does_not_fit_the_clip_is_not_merged(sessions, tmp_path, 
 
 
 def test_the_report_names_the_reviewer_of_each_decision(sessions, tmp_path, capsys):
-    pairs = paired(ADA.intervals, BEN.intervals)
-    state = Settle(left_to_second(pairs, ADA.next_id)).apply(ADA)
+    pairs = pair_intervals(ADA.intervals, BEN.intervals)
+    state = Settle(decisions_left_to_second(pairs, ADA.next_id)).apply(ADA)
     state = Decide((3,), R, "Carla", LATER).apply(state)
     write_session(read_bvh(tmp_path / "walk.bvh"), state, sessions[0])
     assert main(["report", str(sessions[0]), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0

@@ -13,8 +13,8 @@ from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
 from twistcore.analysis.correction import automatic_corrections
-from twistcore.batch.gates import broken, parse_rule
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
+from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.detection.all_joints import finders
@@ -256,7 +256,7 @@ def test_rules_count_them_only_by_name():
     record = SimpleNamespace(name="walk.bvh", state="done", result=result)
 
     def is_broken(rule):
-        return bool(broken([parse_rule(rule)], [record]))
+        return bool(broken_rules([parse_rule(rule)], [record]))
 
     assert not is_broken("count>0")
     assert not is_broken("degrees>0")

@@ -13,7 +13,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
-from twistcore.batch.clip_task import ClipTask, process
+from twistcore.batch.clip_task import ClipTask, run_task
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
@@ -61,7 +61,7 @@ def finished(folder, out):
     """Run what is left here; the summary."""
     sources = find_inputs([str(folder)]).sources
     return run_batch(
-        out, sources, Parameters(refine=True), lambda tasks, _: each(process, tasks, 1)
+        out, sources, Parameters(refine=True), lambda tasks, _: each(run_task, tasks, 1)
     )
 
 
@@ -197,5 +197,5 @@ def test_who_carries_a_task_out_is_left_without_a_limit():
     import resource
 
     before = resource.getrlimit(resource.RLIMIT_AS)
-    assert process(ClipTask("nowhere.bvh", "nowhere.bvh", 0, Parameters())).reason
+    assert run_task(ClipTask("nowhere.bvh", "nowhere.bvh", 0, Parameters())).reason
     assert resource.getrlimit(resource.RLIMIT_AS) == before

@@ -15,8 +15,8 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch import survey_folder
-from twistcore.batch.clip_task import process
-from twistcore.batch.inputs import Source, find_inputs, renamed
+from twistcore.batch.clip_task import run_task
+from twistcore.batch.inputs import Source, find_inputs, with_stored_names
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
@@ -92,7 +92,7 @@ def test_what_a_batch_has_written_is_no_input(folder):
     out = folder / "in" / "out"
 
     def here(tasks, seconds):
-        return each(process, tasks, 1)
+        return each(run_task, tasks, 1)
 
     run_batch(out, find_inputs(["in"], out).sources, Parameters(refine=True), here)
     assert (out / "corrected" / made[0].name).exists()
@@ -171,7 +171,7 @@ def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, 
         tmp_path / "in" / "out",
         find_inputs(["in"]).sources,
         Parameters(refine=True),
-        lambda tasks, _: each(process, tasks, 1),
+        lambda tasks, _: each(run_task, tasks, 1),
     )
     Path("in/d/up").symlink_to("..")
     Path("in/again").symlink_to("d/e")
@@ -180,9 +180,9 @@ def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, 
 
 
 def test_a_name_that_was_given_stays(folder):
-    first = renamed(find_inputs(["b"]).sources, {})
+    first = with_stored_names(find_inputs(["b"]).sources, {})
     given = {source.path: source.name for source in first}
-    later = {s.path: s.name for s in renamed(find_inputs(["a", "b"]).sources, given)}
+    later = {s.path: s.name for s in with_stored_names(find_inputs(["a", "b"]).sources, given)}
     assert {path: later[path] for path in given} == given
     assert len({name.casefold() for name in later.values()}) == len(later) == 5
 
@@ -193,7 +193,7 @@ texts = st.text("aAb.", min_size=1, max_size=3)
 @given(st.lists(st.tuples(texts, texts), max_size=12), st.integers(1, 4))
 def test_names_differ_and_every_clip_is_in_one_shard(pairs, count):
     sources = [Source(f"/r{k}/{a}/{b}.bvh", f"{b}.bvh") for k, (a, b) in enumerate(pairs)]
-    named = renamed(sources, {})
+    named = with_stored_names(sources, {})
     assert len({source.name.casefold() for source in named}) == len(sources)
     parts = [shard_sources(named, k, count) for k in range(1, count + 1)]
     assert sorted(s.path for part in parts for s in part) == sorted(s.path for s in sources)

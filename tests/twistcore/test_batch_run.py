@@ -15,7 +15,7 @@ from tests.tiers import parametrize
 from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from tests.twistcore.reviews import find_flips, flip
-from twistcore.batch.clip_task import process
+from twistcore.batch.clip_task import run_task
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest, is_batch_folder
 from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
@@ -29,7 +29,7 @@ from twistcore.work.processes import ProcessTimeError, each
 DIRTY = ASSETS / "walk_injected.bvh"
 
 
-def here(tasks, seconds, work=process):
+def here(tasks, seconds, work=run_task):
     """Tasks one after the other in this process; ones that fail apart."""
     return each(work, tasks, 1)
 
@@ -55,7 +55,7 @@ def results(out):
 def counted(counts):
     def work(task):
         counts.append(task.name)
-        return process(task)
+        return run_task(task)
 
     return partial(here, work=work)
 
@@ -131,7 +131,7 @@ def test_a_clip_that_fails_costs_itself_alone(tmp_path):
 def test_the_manifest_says_what_was_done(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     shutil.copytree(ASSETS, folder, ignore=lambda _, names: set(names) - {"walk_injected.bvh"})
-    run(folder, out, apart(process, 1), parameters=Parameters(refine=True))
+    run(folder, out, apart(run_task, 1), parameters=Parameters(refine=True))
     with Manifest.open(out) as manifest:
         [record] = manifest.records()
         assert manifest.record(str(folder / "walk_injected.bvh")) == record

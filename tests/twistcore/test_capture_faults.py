@@ -17,8 +17,8 @@ from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, nois
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.correction import automatic_corrections
 from twistcore.analysis.why_not import Why, why_not
-from twistcore.batch.gates import broken, parse_rule
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
+from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.cli.interval_words import by_kind, uncorrectable_counts
 from twistcore.detection import Kind
 from twistcore.detection.capture_faults import burst_intervals
@@ -208,7 +208,7 @@ def test_gates_count_them_only_where_asked(found):
     record = SimpleNamespace(name="walk.bvh", state="done", result=result)
 
     def is_broken(rule):
-        return bool(broken([parse_rule(rule)], [record]))
+        return bool(broken_rules([parse_rule(rule)], [record]))
 
     assert not is_broken("count>0")
     assert not is_broken("degrees>0")

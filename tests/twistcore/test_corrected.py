@@ -18,11 +18,11 @@ from twistcore.skeleton.rotation import geodesic_angle, wrap
 from twistcore.skeleton.signals import twist_signals
 
 MOTION = read_bvh(ASSETS / "walk.bvh").motion.sliced(0, 60)
-FLIP = replace(constant("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
+FLIP = replace(constant_interval("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
 SHARED = [
-    constant("LeftShoulder", 10, 30, 0.5), constant("LeftArm", 20, 40, -0.7),
-    constant("LeftArm", 35, 50, 0.2), constant("LeftForeArm", 0, 5, 1.0),
-    constant("RightUpLeg", 50, 60, 3.0), constant("RightLeg", 1, 3, 0.4),
+    constant_interval("LeftShoulder", 10, 30, 0.5), constant_interval("LeftArm", 20, 40, -0.7),
+    constant_interval("LeftArm", 35, 50, 0.2), constant_interval("LeftForeArm", 0, 5, 1.0),
+    constant_interval("RightUpLeg", 50, 60, 3.0), constant_interval("RightLeg", 1, 3, 0.4),
 ]  # fmt: skip
 
 
@@ -132,7 +132,9 @@ def test_what_is_taken_is_all_that_is_taken(analysis):
     corrected.take(SHARED[1:2])
     arm[35:50] -= 0.2
     np.testing.assert_allclose(corrected.offset("LeftArm"), arm, atol=1e-15)
-    other = replace(constant("LeftUpLeg-LeftFoot", 5, 9, -0.4), kind=Kind.LIMB_FLIP, carried=True)
+    other = replace(
+        constant_interval("LeftUpLeg-LeftFoot", 5, 9, -0.4), kind=Kind.LIMB_FLIP, carried=True
+    )
     corrected.take([other, replace(FLIP, carried=True)])
     np.testing.assert_allclose(corrected.carried(FLIP.chain), flip)
     np.testing.assert_allclose(corrected.carried(other.chain)[5:9], -0.4)
@@ -158,7 +160,10 @@ def test_what_an_export_cannot_write_is_not_shown():
 
 
 def test_the_pose_of_a_frame_is_computed_once_until_the_corrections_change(analysis, monkeypatch):
-    chosen = [constant("LeftArm", 10, 20, 0.5), constant("RightLeg", 10, 20, -0.5)]
+    chosen = [
+        constant_interval("LeftArm", 10, 20, 0.5),
+        constant_interval("RightLeg", 10, 20, -0.5),
+    ]
     corrected, frame = Corrected(analysis), 12
     corrected.take(chosen)
     first = corrected.pose(frame)

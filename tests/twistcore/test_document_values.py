@@ -14,8 +14,8 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import check_belongs
 from twistcore.files import document_values as values
 from twistcore.review import read_session, recover
-from twistcore.review.left_out import joined_spans, missing_from
-from twistcore.review.model import as_written, constant
+from twistcore.review.left_out import joined_spans, uncovered_parts
+from twistcore.review.model import as_written, constant_interval
 from twistcore.review.session import session_bytes, session_from_document
 from twistcore.skeleton.rig import read_rig
 from twistcore.synthesis.truth import read_truth
@@ -146,7 +146,7 @@ def _chains(session):
 
 
 def test_a_constant_offset_is_written_alike_however_it_is_held():
-    held = constant("a", 3, 9, 0.123456789012)
+    held = constant_interval("a", 3, 9, 0.123456789012)
     light = as_written(type(held)("a", 3, 9, np.broadcast_to(held.offset[:1], (6,))))
     assert light.offset.strides == (0,)
     np.testing.assert_array_equal(light.offset, as_written(held).offset)
@@ -162,6 +162,6 @@ def test_what_is_missing_from_spans_is_so_frame_by_frame(some, others):
     def frames(spans):
         return {t for start, stop in spans for t in range(start, stop)}
 
-    left = missing_from(some, others)
+    left = uncovered_parts(some, others)
     assert frames(left) == frames(some) - frames(others)
     assert joined_spans(left) == left

@@ -14,7 +14,7 @@ from twistcore.files.encoding import encoded, escaped, json_bytes, unescaped
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review, read_session, start_review, write_session
 from twistcore.review.journal import Journal, recover
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import read_truth
 from twistcore.tuning import read_profile
@@ -57,7 +57,7 @@ def latin(tmp_path):
 def test_session_and_journal_carry_it(latin):
     clip = read_bvh(latin)
     chains = find_chains(clip.motion)
-    found = [constant(NAME, 10, 20, 0.5)]
+    found = [constant_interval(NAME, 10, 20, 0.5)]
     state = start_review("consistency", {c.name: 0.1 for c in chains}, found, [NAME])
     session = latin.with_suffix(".twist.json")
     write_session(clip, state, session)

@@ -18,7 +18,7 @@ from twistcore.review import (
     start_review,
 )
 from twistcore.review.commands import ChangeChains
-from twistcore.review.model import Judged, carried_over
+from twistcore.review.model import Judged, with_earlier_decisions
 from twistcore.review.reasons import redetected_intervals, with_reasons
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
@@ -146,7 +146,7 @@ def test_an_earlier_review_is_matched_by_the_frames_in_common():
         Judged(6, made("Gone", 5, 9), Decision.ACCEPTED),
         Judged(7, made(LEG, 5, 9)),
     )
-    other_clip = carried_over(earlier, now)
+    other_clip = with_earlier_decisions(earlier, now)
     assert [(j.id, j.interval.start, j.decision.value) for j in other_clip.intervals] == [
         (3, 10, "accepted"), (4, 30, "undecided"), (2, 55, "undecided"),
         (1, 5, "undecided"), (5, 40, "undecided"), (6, 60, "undecided"),
@@ -162,7 +162,7 @@ def test_an_earlier_review_is_matched_by_the_frames_in_common():
     assert same.next_id == 9
     # Once more: nothing comes twice, and what was touched here stays.
     own = Decide((3,), Decision.REJECTED, "Cy").apply(same)
-    again = carried_over(earlier, own, same_clip=True)
+    again = with_earlier_decisions(earlier, own, same_clip=True)
     assert [j.id for j in again.intervals] == [j.id for j in own.intervals]
     assert again.find(3).reviewer == "Cy"
     texts = (CarryOver(earlier).text, CarryOver(earlier, same_clip=True).text)
@@ -171,9 +171,9 @@ def test_an_earlier_review_is_matched_by_the_frames_in_common():
 
 def test_of_two_earlier_intervals_with_as_many_frames_in_common_the_first_counts():
     earlier = [Judged(k, made(ARM, a, a + 8), note=str(k)) for k, a in ((1, 5), (3, 17))]
-    taken = carried_over(earlier, review().state).find(3)
+    taken = with_earlier_decisions(earlier, review().state).find(3)
     assert taken.note == "1"
     # One frame in common is enough, none is not.
     near = [Judged(1, made(ARM, 19, 25), Decision.ACCEPTED), Judged(2, made(ARM, 60, 70), note="x")]
-    after = carried_over(near, review().state)
+    after = with_earlier_decisions(near, review().state)
     assert (after.find(3).decision, after.find(2).note) == (Decision.ACCEPTED, "")

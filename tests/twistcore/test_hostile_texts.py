@@ -37,7 +37,7 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import page_of
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.tuning import Tuned, read_profile, write_profile
 
 SOURCE = ASSETS / "walk_injected.bvh"
@@ -285,7 +285,7 @@ def test_a_script_is_data_and_its_own_code(judged, program):
 
 def shape_of_script(clip, state, program):
     chains = detect(clip, tau_degrees=4.0).chains
-    moved = refine(clip.motion, chains, [constant(chains[0].name, 20, 30, 0.5)])
+    moved = refine(clip.motion, chains, [constant_interval(chains[0].name, 20, 30, 0.5)])
     text = scene_script(clip.name, clip.motion, moved, state.intervals[:2], SceneOptions(program))
     assert not steered(text)
     return [(type(node).__name__, getattr(node, "name", "")) for node in ast.parse(text).body]

@@ -10,8 +10,8 @@ from tests.twistcore import amc_files
 from tests.twistcore.batch_records import done, interval
 from tests.twistcore.reviews import CHAINS, CLIP, flip
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.batch.clip_result import processed
-from twistcore.batch.how_bad import percent_affected
+from twistcore.batch.clip_result import process_clip
+from twistcore.batch.clip_severity import percent_affected
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clip_row
 from twistcore.detection import Interval
@@ -42,7 +42,7 @@ def finding(monkeypatch, *found):
 def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
     found = Interval("LeftForeArm", 10, 12, np.radians([243.0, -30.0]), 0.9)
     finding(monkeypatch, found)
-    _, document, _ = processed(CLIP.path, Parameters())
+    _, document, _ = process_clip(CLIP.path, Parameters())
     assert document["degrees"]["max"] == pytest.approx(117.0)
     assert document["degrees"]["rms"] == pytest.approx(85.408, abs=1e-3)
     state = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [found], [])
@@ -57,7 +57,7 @@ def test_a_batch_counts_as_applied_what_was(monkeypatch, tmp_path):
     carried = flip(limb, 20, 30, 170.0, carried=True)
     finding(monkeypatch, carried, flip(limb, 60, 68, 172.0))
     path = amc_files.written(tmp_path, False)
-    clip, document, corrected = processed(path, Parameters(refine=True))
+    clip, document, corrected = process_clip(path, Parameters(refine=True))
     assert corrected != clip.data
     assert document["applied"] == 1
     (told,) = [w for w in document["warnings"] if "not corrected" in w]

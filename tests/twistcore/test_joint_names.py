@@ -5,7 +5,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.messages import refused
 from tests.twistcore.name_families import FAMILIES
-from twistcore.batch.clip_result import processed
+from twistcore.batch.clip_result import process_clip
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import FormatError, TwistError
 from twistcore.skeleton.chain import find_chains
@@ -285,7 +285,7 @@ def test_own_words_count_in_a_batch():
     words = {"ours": {"other": ["hand", "forearm"]}}
     usual, own = Parameters(), Parameters(joint_names=words)
     assert usual.mark != own.mark
-    tau = [processed(ASSETS / "walk.bvh", p)[1]["tau_deg"] for p in (usual, own)]
+    tau = [process_clip(ASSETS / "walk.bvh", p)[1]["tau_deg"] for p in (usual, own)]
     assert "LeftForeArm" in tau[0]
     assert "LeftForeArm" not in tau[1]
     assert "LeftLeg" in tau[1]

@@ -21,7 +21,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
-from twistcore.review.model import levelled, resized
+from twistcore.review.model import resized, with_level
 from twistcore.review.proposal import proposed_at_jump
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
@@ -73,7 +73,7 @@ def accepted(motion, kind, angle=None):
     review = tc.Review(tc.detect(motion))
     judged = the_only(review.state, kind)
     if angle is not None:
-        review.do(Edit(judged.id, levelled(judged.interval, np.radians(angle))))
+        review.do(Edit(judged.id, with_level(judged.interval, np.radians(angle))))
     review.do(Decide((judged.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     return review
 

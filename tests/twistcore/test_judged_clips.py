@@ -15,20 +15,20 @@ from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
-from twistcore.review.model import Judged, constant
+from twistcore.review.model import Judged, constant_interval
 from twistcore.review.session import session_document, session_from_document
 from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning import GRID, read_profile
 from twistcore.tuning.folder_sessions import sessions_in
 from twistcore.tuning.learned_confidence import (
-    seen,
+    verdicts_with_confidence,
 )
 from twistcore.tuning.verdict_curve import verdict_curve
 from twistcore.tuning.verdicts_of import (
     found_by_tau,
     judged_clip,
-    judged_in,
     performer_of,
+    read_judged_clip,
 )
 
 INJECTED = ASSETS / "walk_injected.bvh"
@@ -116,7 +116,7 @@ def test_a_lower_tau_alone_is_no_look(analysis):
     low = before.reviewed[chain] / 4.0
     listed = analysis.by().intervals(chain, before.reviewed[chain])
     free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
-    waits = [Judged(900 + k, constant(chain, t, t + 5, low)) for k, t in enumerate(free)]
+    waits = [Judged(900 + k, constant_interval(chain, t, t + 5, low)) for k, t in enumerate(free)]
     tau = {**state.tau, chain: low}
     lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
     after = judged_clip(analysis, lowered)
@@ -156,7 +156,11 @@ def told(analysis, state):
 def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysis):
     state = judged_state(analysis, lambda _: Decision.ACCEPTED)
     hand = Judged(
-        99, constant("LeftUpLeg", 300, 310, 0.5), Decision.ACCEPTED, by_hand=True, reviewer="me"
+        99,
+        constant_interval("LeftUpLeg", 300, 310, 0.5),
+        Decision.ACCEPTED,
+        by_hand=True,
+        reviewer="me",
     )
     told = judged_clip(analysis, state.with_intervals((*state.intervals, hand)))
     (mine,) = (v for v in told.verdicts if v.by_hand)
@@ -164,7 +168,7 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
     assert mine.confidence is None
     curve = verdict_curve([told])
     assert curve.recall.max() == pytest.approx(1 - 1 / len(told.verdicts))
-    assert len(seen([told])) == len(told.verdicts) - 1
+    assert len(verdicts_with_confidence([told])) == len(told.verdicts) - 1
 
 
 class Lists:
@@ -174,7 +178,7 @@ class Lists:
         self.spans = spans
 
     def intervals(self, chain, tau):
-        return tuple(constant(chain, start, stop, 0.5) for start, stop in self.spans)
+        return tuple(constant_interval(chain, start, stop, 0.5) for start, stop in self.spans)
 
 
 @pytest.mark.parametrize(
@@ -188,7 +192,7 @@ class Lists:
     ],
 )
 def test_an_error_has_to_be_found_and_an_alarm_only_to_sound(spans, found):
-    judged = [constant("A", 10, 20, 0.5), constant("A", 40, 60, 0.5)]
+    judged = [constant_interval("A", 10, 20, 0.5), constant_interval("A", 40, 60, 0.5)]
     by_tau = found_by_tau(judged, [True, False], Lists(*spans), "A")
     assert tuple(by_tau.all(axis=1)) == found
     assert tuple(by_tau.any(axis=1)) == found
@@ -202,10 +206,10 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     write_session(clip, state, tmp_path / "05_01_refined.replay.json")
     (tmp_path / "other.json").write_text("{}")
     ((found, session),) = sessions_in(tmp_path).of.items()
-    told = judged_in(found, session)
+    told = read_judged_clip(found, session)
     assert told.performer == "05"
     assert len(told.verdicts) == len(state.intervals)
-    assert judged_in(found, session, "Ann").performer == "Ann"
+    assert read_judged_clip(found, session, "Ann").performer == "Ann"
     document = session_document(clip, state)
     for k, name in enumerate(("", "/", 300 * "a")):  # of no clip at all
         (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
@@ -220,7 +224,7 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     write_session(clip, state, session)
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
-        judged_in(found, session)
+        read_judged_clip(found, session)
 
 
 def test_of_two_clips_of_one_stem_a_damaged_session_is_of_the_one_in_its_name(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError
 from twistcore.review import Journal, LeaveOut, read_session, recover, session_bytes
-from twistcore.review.left_out import joined_spans, missing_from, spans_from_json
+from twistcore.review.left_out import joined_spans, spans_from_json, uncovered_parts
 
 SPANS = ((0, 40), (100, 130))
 
@@ -65,9 +65,11 @@ def test_damaged_spans_are_refused(tmp_path, damage):
     ],
 )
 def test_what_is_missing_has_no_empty_span(others, left):
-    assert missing_from([(0, 10)], others) == left
+    assert uncovered_parts([(0, 10)], others) == left
     later = [(a + 10, b + 10) for a, b in others]
-    assert missing_from([(10, 20)], [(0, 10), *later]) == tuple((a + 10, b + 10) for a, b in left)
+    assert uncovered_parts([(10, 20)], [(0, 10), *later]) == tuple(
+        (a + 10, b + 10) for a, b in left
+    )
 
 
 @pytest.mark.parametrize("first", [(0, 5), (2, 5)])

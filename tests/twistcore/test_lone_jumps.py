@@ -32,7 +32,7 @@ from twistcore.review import (
     read_session,
     write_session,
 )
-from twistcore.review.model import constant, overlapping_ids
+from twistcore.review.model import constant_interval, overlapping_ids
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notes import RESTLESS_CLIP
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
@@ -164,8 +164,8 @@ def test_seen_ones_are_in_no_count_of_what_was_corrected(tmp_path, capsys):
     clip = read_bvh(path)
     review = Review.of(analyse(clip).detect())
     review.do(Decide((1,), Decision.ACCEPTED))
-    review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
-    review.do(Insert(constant("LeftForeArm", 30, 40, 0.5)))
+    review.do(Insert(constant_interval("LeftForeArm", 10, 20, 0.5)))
+    review.do(Insert(constant_interval("LeftForeArm", 30, 40, 0.5)))
     review.do(Decide((3,), Decision.ACCEPTED))
     write_session(clip, review.state, session)
     assert [(i.chain, i.start) for i in review.accepted] == [("LeftForeArm", 10)]
@@ -186,7 +186,7 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     clip, analysis = read_bvh(path), analyse(read_bvh(path))
     review = Review.of(analysis.detect())
     review.do(Decide((1,), Decision.ACCEPTED))
-    review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
+    review.do(Insert(constant_interval("LeftForeArm", 10, 20, 0.5)))
     chains = analysis.chains_and_limbs
     page, table, markers, listing = write_clip_report(
         tmp_path, Report(clip, chains, review.state, clip.motion)

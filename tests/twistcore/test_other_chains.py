@@ -8,11 +8,11 @@ import pytest
 
 from twistcore.detection import Kind
 from twistcore.review import start_review
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
-A = constant("A", 10, 20, 0.5)
+A = constant_interval("A", 10, 20, 0.5)
 
 
 def analysis(found, automatic=0.1, rig=AS_FOUND):
@@ -43,7 +43,7 @@ def test_a_chain_that_stays_keeps_its_tau_unless_nobody_chose_it():
 
 
 def test_new_chains_and_those_with_other_intervals_are_looked_at_again():
-    b = constant("B", 1, 3, 0.1)
+    b = constant_interval("B", 1, 3, 0.1)
     rig = Rig(remove=("Gone",))
     after = analysis({"New": [A], "A": [A], "B": [b, b]}, rig=rig)
     command = changed_chains(analysis({"A": [A], "B": [b]}), after, state(A=0.7, B=0.7))

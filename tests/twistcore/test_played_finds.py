@@ -16,7 +16,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.report.document import Report
 from twistcore.report.played_finds import MOST_BYTES, played_data, played_finds
 from twistcore.review import Decide, Decision
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 WHEN = "2026-01-02T10:00:00+00:00"
 LOOK = {"figure": {}, "themes": {}, "ghost": []}
@@ -101,7 +101,7 @@ def test_the_worst_come_first_and_the_rest_is_named_within_a_size():
 
 def test_what_has_no_correction_is_the_same_on_both_sides():
     state = fresh().state
-    jump = replace(constant("LeftForeArm", 50, 51, 0.0), kind=Kind.LONE_JUMP, residual=0.7)
+    jump = replace(constant_interval("LeftForeArm", 50, 51, 0.0), kind=Kind.LONE_JUMP, residual=0.7)
     first = replace(state.intervals[0], interval=jump)
     report = of(state.with_intervals((first, *state.intervals[1:])))
     finds, _ = played_finds(report)
@@ -112,7 +112,7 @@ def test_what_has_no_correction_is_the_same_on_both_sides():
 
 def test_only_a_part_of_a_very_long_find_is_played():
     state, motion = fresh().state, CLIP.motion
-    whole = constant("LeftForeArm", 0, motion.frames, 0.5)
+    whole = constant_interval("LeftForeArm", 0, motion.frames, 0.5)
     state = state.with_intervals([replace(state.intervals[0], interval=whole)])
     fast = replace(motion, frame_time=1.0 / 20.0)  # so that four seconds are 80 frames
     (find,), _ = played_finds(replace(of(state), clip=SimpleNamespace(motion=fast), refined=fast))

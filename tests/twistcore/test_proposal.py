@@ -11,7 +11,7 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import Corrected, refine
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
@@ -101,8 +101,8 @@ def test_a_flip_is_proposed_anywhere(analysed_kick):
 def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_kick):
     """Also where a shoulder, in whose frame φ is told, is turned back."""
     arm = next(limb for limb in analysed_kick.limbs if limb.name == "LeftArm-LeftHand")
-    flip = replace(constant(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
-    chosen = [constant("LeftShoulder", 60, 120, 1.0), flip]
+    flip = replace(constant_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
+    chosen = [constant_interval("LeftShoulder", 60, 120, 1.0), flip]
     corrected = Corrected(analysed_kick)
     corrected.take(chosen)
     refined = refine(analysed_kick.motion, analysed_kick.chains_and_limbs, chosen)
@@ -116,8 +116,12 @@ def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_ki
 def test_a_shoulder_turned_back_beside_its_arm_moves_no_hand(analysed_kick):
     """In either order: the arm's line is where it is in the room."""
     arm = next(limb for limb in analysed_kick.limbs if limb.name == "LeftArm-LeftHand")
-    flip = replace(constant(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
-    chosen = [constant("LeftShoulder", 60, 120, 1.0), constant("LeftArm", 50, 80, 0.5), flip]
+    flip = replace(constant_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
+    chosen = [
+        constant_interval("LeftShoulder", 60, 120, 1.0),
+        constant_interval("LeftArm", 50, 80, 0.5),
+        flip,
+    ]
     motion, both = analysed_kick.motion, analysed_kick.chains_and_limbs
     before = forward_kinematics(motion)[1]
     for chains in (both, both[::-1]):

@@ -25,7 +25,7 @@ from twistcore.report.changes import check_fidelity, joint_changes
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
@@ -92,7 +92,7 @@ def test_it_says_which_joints_moved_and_why(tmp_path):
     chains = (*CHAINS, *LIMBS)
     tau = {c.name: 0.1 for c in chains}
     names = [c.name for c in chains]
-    twist = constant("LeftForeArm", 10, 20, 0.5)
+    twist = constant_interval("LeftForeArm", 10, 20, 0.5)
     state = start_review("consistency", tau, [twist, flip(), CARRIED], names)
     state = Decide((1, 2, 3), Decision.ACCEPTED).apply(state)
 
@@ -118,7 +118,11 @@ def test_it_says_which_joints_moved_and_why(tmp_path):
 def test_kind_and_end_stand_in_the_tables(tmp_path):
     chains = (*CHAINS, *LIMBS)
     tau = {c.name: 0.1 for c in CHAINS} | {"RightUpLeg-RightFoot": 0.5}
-    found = [constant("LeftForeArm", 10, 20, 0.5), flip(), flip(start=120, stop=125, carried=True)]
+    found = [
+        constant_interval("LeftForeArm", 10, 20, 0.5),
+        flip(),
+        flip(start=120, stop=125, carried=True),
+    ]
     state = start_review("consistency", tau, found, [c.name for c in chains])
     page, table, _, listing = write_clip_report(tmp_path, Report(CLIP, chains, state, CLIP.motion))
     rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
@@ -151,7 +155,7 @@ def test_refine_says_so_before_it_writes_anything(tmp_path, capsys):
 
 def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     tau = {c.name: 0.1 for c in CHAINS}
-    found = [constant("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(4)]
+    found = [constant_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(4)]
     state = start_review("consistency", tau, found, [c.name for c in CHAINS])
     state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
     state = Decide((2,), Decision.REJECTED, "Kim", "2026-01-02T10:05:00+00:00").apply(state)
@@ -192,7 +196,7 @@ def corrected_clip(folder, name="out.bvh"):
     """A clip with one error, its review that accepts it, what was written, and the report."""
     write_clip(CLIP, CLIP.motion, folder / "source.bvh")
     clip = read_clip(folder / "source.bvh")
-    found = constant("LeftForeArm", 10, 20, 0.5)
+    found = constant_interval("LeftForeArm", 10, 20, 0.5)
     state = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [found], [])
     state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
     refined = accepted_motion(clip, CHAINS, state)

@@ -24,7 +24,7 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.picture_job import Drawn
 from twistcore.review import Decide, Decision, Review, start_review
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 LIMB = "rfemur-rfoot"
 WHEN = "2026-01-02T10:00:00+00:00"
@@ -93,7 +93,10 @@ def find_panels(report):
 
 def test_what_is_applied_beside_a_find_is_drawn_as_applied():
     """Two of the worst near each other: both are drawn after the correction in both panels."""
-    found = [constant("LeftForeArm", 100, 110, 0.9), constant("LeftForeArm", 130, 140, 0.8)]
+    found = [
+        constant_interval("LeftForeArm", 100, 110, 0.9),
+        constant_interval("LeftForeArm", 130, 140, 0.8),
+    ]
     assert find_panels(reviewed(CLIP, CHAINS, found, (1, 2))) == [2, 2]
     assert find_panels(reviewed(CLIP, CHAINS, found, (1,))) == [1, 2]
     assert find_panels(reviewed(CLIP, CHAINS, found, ())) == [1, 1]
@@ -159,7 +162,7 @@ def test_a_jump_of_a_joint_is_listed_with_its_joint_and_its_angle():
 
 def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
     """Right leg is a limb, Right Leg a chain: the name that tells them apart stands beside it."""
-    found = [flip(), constant("LeftForeArm", 40, 45, 0.9)]
+    found = [flip(), constant_interval("LeftForeArm", 40, 45, 0.9)]
     report = reviewed(CLIP, (*CHAINS, *LIMBS), found, (1, 2))
     drawn = Drawn(((b"before", b"after"),) * 2)
     page = clip_page(report_to_json(report), report, drawn)
@@ -174,7 +177,7 @@ def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
 
 
 def test_the_legend_of_the_curves_has_every_band():
-    found = [constant("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
+    found = [constant_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
     report = reviewed(CLIP, CHAINS, found, (1,))
     page = clip_page(report_to_json(report), report)
     legend = page[page.index('id="h-curves"') :].partition("</ul>")[0]

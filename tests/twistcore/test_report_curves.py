@@ -13,7 +13,7 @@ from twistcore.analysis.correction import Corrected
 from twistcore.formats.reading import read_clip
 from twistcore.report.curve_drawing import HEIGHT, ClipCurves, _edges, _path
 from twistcore.review import Decide, Decision, Review, start_review
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 
 KICK = read_clip(ASSETS / "kick.bvh")
 
@@ -96,7 +96,7 @@ def test_a_clip_with_errors_everywhere_has_small_curves():
     """Eight chains are drawn at most, and the more, the coarser."""
     analysis = analyse(read_clip(ASSETS / "walk_injected.bvh"))
     names = [c.name for c in analysis.chains]
-    every = [constant(name, 50 * k, 50 * k + 30, 1.0) for k in range(4) for name in names]
+    every = [constant_interval(name, 50 * k, 50 * k + 30, 1.0) for k in range(4) for name in names]
     state = start_review("consistency", dict.fromkeys(names, 0.1), every, names)
     corrected = Corrected(analysis)
     corrected.take(j.interval for j in state.intervals if j.interval.repairable)

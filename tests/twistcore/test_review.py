@@ -40,12 +40,12 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import (
-    constant,
+    constant_interval,
     flattened,
-    following,
-    levelled,
     overlapping_ids,
     resized,
+    with_level,
+    with_straight_twist,
 )
 
 
@@ -202,7 +202,7 @@ def test_resized_keeps_offsets_and_continues_them():
     interval = Interval("c", 10, 13, np.array([0.1, 0.2, 0.3]))
     np.testing.assert_allclose(resized(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3])
     np.testing.assert_allclose(resized(interval, 11, 12).offset, [0.2])
-    assert levelled(interval, 1.0).delta == pytest.approx(1.0)
+    assert with_level(interval, 1.0).delta == pytest.approx(1.0)
 
 
 def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
@@ -211,8 +211,8 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     review.do(Decide(tuple(ids[:4]), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     review.do(Decide((ids[4],), Decision.REJECTED, "Ada", "2026-01-01T00:00:01+00:00"))
     review.do(Annotate(ids[4], "a real turn – no error"))
-    review.do(Edit(ids[0], levelled(review.state.find(ids[0]).interval, 1.234567891234)))
-    review.do(Insert(constant("LeftLeg", 100, 110, -0.7)))
+    review.do(Edit(ids[0], with_level(review.state.find(ids[0]).interval, 1.234567891234)))
+    review.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
     path = tmp_path / "walk.twist.json"
     write_session(CLIP, review.state, path)
     session = read_session(path)
@@ -291,7 +291,7 @@ def test_overlapping_intervals_are_named():
     first = review.state.intervals[0]
     assert overlapping_ids(review.state.intervals) == frozenset()
     interval = first.interval
-    review.do(Insert(constant(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)))
+    review.do(Insert(constant_interval(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)))
     other = review.state.next_id - 1
     assert overlapping_ids(review.state.intervals) == {first.id, other}
     review.do(Decide((other,), Decision.REJECTED))
@@ -301,10 +301,10 @@ def test_overlapping_intervals_are_named():
 def test_following_takes_a_drift_out():
     theta = np.zeros(100)
     theta[40:60] = np.linspace(0.5, 1.5, 20)
-    interval = following(constant("LeftArm", 40, 60, 1.0), theta)
+    interval = with_straight_twist(constant_interval("LeftArm", 40, 60, 1.0), theta)
     np.testing.assert_allclose(interval.offset, theta[40:60])
     assert np.ptp(flattened(interval).offset) == 0.0
-    whole = following(constant("LeftArm", 0, 100, 1.0), theta)
+    whole = with_straight_twist(constant_interval("LeftArm", 0, 100, 1.0), theta)
     np.testing.assert_allclose(whole.offset, 1.0)
 
 
@@ -323,7 +323,7 @@ def test_decisions_are_carried_over_to_another_take():
     a, b, *_ = review.state.intervals
     review.do(Decide((a.id,), Decision.ACCEPTED, "Ada", "then"))
     review.do(Annotate(b.id, "look", "motion"))
-    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
     other.do(CarryOver(review.state.intervals))
     state = other.state
     assert (state.find(a.id).decision, state.find(a.id).reviewer) == (Decision.ACCEPTED, "Ada")
@@ -337,7 +337,7 @@ def test_carried_over_decisions_never_take_the_place_of_others():
     a, b, c, *_ = review.state.intervals
     review.do(Decide((a.id, b.id), Decision.ACCEPTED, "Ada", "then"))
     review.do(Edit(c.id, resized(c.interval, c.interval.start, c.interval.stop + 2)))
-    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
     other.do(Decide((b.id,), Decision.REJECTED, "Bob", "now"))
     for _ in range(2):  # a second time adds nothing
         other.do(CarryOver(review.state.intervals, same_clip=True))
@@ -363,20 +363,23 @@ def test_of_the_same_clip_a_decision_without_its_interval_stays_and_says_so():
 
 def test_a_kept_interval_hides_no_other():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 103, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 103, 0.5),)))
     small = review.state.of_chain("LeftLeg")[0]
     review.do(Decide((small.id,), Decision.REJECTED))
-    review.do(Redetect({"LeftLeg": 0.05}, (constant("LeftLeg", 102, 340, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.05}, (constant_interval("LeftLeg", 102, 340, 0.5),)))
     spans = [(j.interval.start, j.interval.stop) for j in review.state.of_chain("LeftLeg")]
     assert spans == [(100, 103), (102, 340)]
 
 
 def test_a_kept_interval_stands_for_its_fragments():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 150, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 150, 0.5),)))
     whole = review.state.of_chain("LeftLeg")[0]
     review.do(Decide((whole.id,), Decision.ACCEPTED))
-    halves = (constant("LeftLeg", 100, 120, 0.5), constant("LeftLeg", 120, 150, 0.5))
+    halves = (
+        constant_interval("LeftLeg", 100, 120, 0.5),
+        constant_interval("LeftLeg", 120, 150, 0.5),
+    )
     review.do(Redetect({"LeftLeg": 0.05}, halves))
     (only,) = review.state.of_chain("LeftLeg")
     assert (only.id, only.supported) == (whole.id, True)
@@ -384,12 +387,15 @@ def test_a_kept_interval_stands_for_its_fragments():
 
 def test_a_decision_is_carried_over_from_the_one_that_shares_most_frames():
     review, other = fresh(), fresh()
-    near, far = constant("LeftLeg", 100, 112, 0.5), constant("LeftLeg", 112, 150, 0.5)
+    near, far = (
+        constant_interval("LeftLeg", 100, 112, 0.5),
+        constant_interval("LeftLeg", 112, 150, 0.5),
+    )
     review.do(Redetect({"LeftLeg": 0.1}, (near, far)))
     first, second = review.state.of_chain("LeftLeg")
     review.do(Decide((first.id,), Decision.REJECTED, "Ada", "then"))
     review.do(Decide((second.id,), Decision.ACCEPTED, "Bob", "then"))
-    other.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 105, 150, 0.5),)))
+    other.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 105, 150, 0.5),)))
     other.do(CarryOver(review.state.intervals))
     (found,) = other.state.of_chain("LeftLeg")
     assert (found.decision, found.reviewer) == (Decision.ACCEPTED, "Bob")
@@ -397,14 +403,14 @@ def test_a_decision_is_carried_over_from_the_one_that_shares_most_frames():
 
 def test_what_a_person_made_needs_no_detector_and_what_he_edited_does():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 100, 150, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 150, 0.5),)))
     (found,) = review.state.of_chain("LeftLeg")
     review.do(Edit(found.id, resized(found.interval, 100, 140)))
-    review.do(Insert(constant("LeftLeg", 10, 20, 0.3)))
+    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
     review.do(Redetect({"LeftLeg": 3.0}, ()))
     made, edited = review.state.of_chain("LeftLeg")
     assert (made.by_hand, made.supported) == (True, True)
     assert (edited.edited, edited.supported) == (True, False)
     # nor does the detector's word for a neighbour count for the hand-made one
-    review.do(Redetect({"LeftLeg": 0.1}, (constant("LeftLeg", 98, 142, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 98, 142, 0.5),)))
     assert [j.supported for j in review.state.of_chain("LeftLeg")] == [True, True]

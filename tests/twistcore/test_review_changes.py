@@ -7,7 +7,7 @@ import pytest
 
 from twistcore.detection import Interval
 from twistcore.review import Redetect, start_review
-from twistcore.review.model import constant, flattened, levelled, same_offsets
+from twistcore.review.model import constant_interval, flattened, same_offsets, with_level
 
 ARM, LEG = "Arm", "Leg"
 
@@ -18,7 +18,7 @@ def a_soft(degrees=20.0):
 
 
 def found_at(*starts):
-    return [constant(chain, t, t + 4, 0.3) for chain in (ARM, LEG) for t in starts]
+    return [constant_interval(chain, t, t + 4, 0.3) for chain in (ARM, LEG) for t in starts]
 
 
 def test_ids_go_on_from_chain_to_chain_and_are_never_given_twice():
@@ -44,7 +44,7 @@ def test_a_flattened_interval_has_its_median_offset_everywhere():
 
 @pytest.mark.parametrize("degrees", [-30.0, 5.0, 20.0])
 def test_a_soft_interval_is_stretched_to_its_largest_offset(degrees):
-    found = levelled(a_soft(), np.radians(degrees))
+    found = with_level(a_soft(), np.radians(degrees))
     np.testing.assert_allclose(found.offset, a_soft(degrees).offset, atol=1e-12)
     assert found.start == 10
 

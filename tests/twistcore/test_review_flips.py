@@ -32,7 +32,7 @@ from twistcore.review import (
     start_review,
     write_session,
 )
-from twistcore.review.model import constant, levelled
+from twistcore.review.model import constant_interval, with_level
 from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.motion import forward_kinematics
 
@@ -123,7 +123,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     moved = flip(start=150, stop=160, carried=True)
     commands = [
         Insert(moved),
-        Edit(10, levelled(review.state.find(10).interval, 3.0)),
+        Edit(10, with_level(review.state.find(10).interval, 3.0)),
         Redetect({"RightUpLeg-RightFoot": 0.7}, (flip(start=100, stop=109),)),
         CarryOver((Judged(1, CARRIED, Decision.ACCEPTED),), same_clip=True),
     ]
@@ -136,7 +136,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     assert session_bytes(CLIP, back.review.state) == session_bytes(CLIP, review.state)
     assert [j.interval.carried for j in back.review.state.of_chain(moved.chain)] == [False, True]
     with closing(Journal(tmp_path / "old", CLIP, fresh().state)) as journal:
-        journal.do(Insert(constant("LeftLeg", 100, 110, -0.7)))
+        journal.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
     assert b"kind" not in (tmp_path / "old").read_bytes()  # as it was before there were any
     old = recover(tmp_path / "old", CLIP)
     assert {j.interval.kind for j in old.review.state.intervals} == {Kind.COUNTER_TWIST}
@@ -153,7 +153,7 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     back = Review(read_session(tmp_path / "s.json").state)
     begin = back.state
     assert [j.interval.evidence for j in begin.intervals] == [None] * len(begin.intervals)
-    back.do(Insert(constant("RightUpLeg", 14, 31, 0.5)))
+    back.do(Insert(constant_interval("RightUpLeg", 14, 31, 0.5)))
     back.do(Decide((1,), Decision.ACCEPTED))
     back.mark_saved()
     *_, moved = begin.intervals

@@ -16,12 +16,12 @@ from twistcore.review.model import (
     ReviewState,
     Tracking,
     as_written,
-    constant,
-    following,
-    levelled,
-    off_line,
+    constant_interval,
     overlapping_ids,
+    relative_to_neighbours,
     resized,
+    with_level,
+    with_straight_twist,
 )
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
@@ -148,29 +148,29 @@ def test_resized_intervals_keep_their_offsets_and_take_the_nearest():
 
 def test_a_level_is_moved_and_a_soft_course_stretched():
     flat = replace(made(ARM, 0, 4), offset=np.array([0.9, 1.0, 1.0, 1.2]))
-    moved = levelled(flat, 1.5)
+    moved = with_level(flat, 1.5)
     np.testing.assert_allclose(moved.offset, [1.4, 1.5, 1.5, 1.7])
-    over = levelled(flat, math.pi)
+    over = with_level(flat, math.pi)
     np.testing.assert_allclose(over.offset[:3], [math.pi - 0.1, math.pi, math.pi])
     assert over.offset[3] == pytest.approx(0.2 - math.pi)
     soft = replace(made(ARM, 0, 4), offset=np.array([0.1, 0.5, 1.0, 0.2]))
-    np.testing.assert_allclose(levelled(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
+    np.testing.assert_allclose(with_level(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
 
 
 def test_twist_off_the_line_between_its_neighbours():
     theta = np.array([0.0, 0.1, 0.7, 0.8, 0.4, 0.5])
-    np.testing.assert_allclose(off_line(theta, 2, 4), [0.5, 0.5])
-    np.testing.assert_allclose(off_line(theta, 0, 2), [-0.7, -0.6])  # level at an end
-    np.testing.assert_allclose(off_line(theta, 4, 6), [-0.4, -0.3])
-    np.testing.assert_allclose(off_line(theta, 0, 6), theta - 0.5)  # all of the clip
+    np.testing.assert_allclose(relative_to_neighbours(theta, 2, 4), [0.5, 0.5])
+    np.testing.assert_allclose(relative_to_neighbours(theta, 0, 2), [-0.7, -0.6])  # level at an end
+    np.testing.assert_allclose(relative_to_neighbours(theta, 4, 6), [-0.4, -0.3])
+    np.testing.assert_allclose(relative_to_neighbours(theta, 0, 6), theta - 0.5)  # all of the clip
     # The shorter way round.
     turned = np.array([3.0, 0.0, -3.0])
-    assert off_line(turned, 1, 2) == pytest.approx([math.pi])
-    followed = following(made(ARM, 2, 4), theta)
+    assert relative_to_neighbours(turned, 1, 2) == pytest.approx([math.pi])
+    followed = with_straight_twist(made(ARM, 2, 4), theta)
     np.testing.assert_allclose(followed.offset, [0.5, 0.5])
     assert (followed.start, followed.stop) == (2, 4)
     whole = made(ARM, 0, 6)
-    assert following(whole, theta) is whole
+    assert with_straight_twist(whole, theta) is whole
 
 
 def test_intervals_that_share_frames_add():
@@ -201,5 +201,5 @@ def test_what_nobody_says_is_nothing():
 
 
 def test_intervals_of_no_frames_are_nothing():
-    assert isinstance(constant(ARM, 3, 3, 0.1), Interval)
-    np.testing.assert_array_equal(constant(ARM, 3, 5, 0.1).offset, [0.1, 0.1])
+    assert isinstance(constant_interval(ARM, 3, 3, 0.1), Interval)
+    np.testing.assert_array_equal(constant_interval(ARM, 3, 5, 0.1).offset, [0.1, 0.1])

@@ -23,7 +23,7 @@ from twistcore.review import (
     Sign,
 )
 from twistcore.review.commands import Track
-from twistcore.review.left_out import joined_spans, missing_from, spans_from_json
+from twistcore.review.left_out import joined_spans, spans_from_json, uncovered_parts
 from twistcore.review.model import Tracking
 from twistcore.review.session import tracking_from_json, tracking_to_json
 
@@ -250,5 +250,5 @@ SPANS = st.lists(st.tuples(st.integers(0, 12), st.integers(1, 5)), max_size=5)
 def test_what_of_some_spans_is_in_none_of_the_others_by_frames(some, others):
     some, others = ([(a, a + n) for a, n in spans] for spans in (some, others))
     wanted = {f for a, b in some for f in range(a, b)} - {f for a, b in others for f in range(a, b)}
-    left = missing_from(some, others)
+    left = uncovered_parts(some, others)
     assert [f for a, b in left for f in range(a, b)] == sorted(wanted)

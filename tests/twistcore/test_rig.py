@@ -30,7 +30,7 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import Limb, find_limbs
@@ -221,7 +221,7 @@ def test_a_session_has_its_chains_and_replays_without_the_program(
     tmp_path, dirty_walk, review, capsys
 ):
     after = changed(dirty_walk, review, OWN)
-    review.do(Insert(constant("Spine", 50, 70, 0.4)))
+    review.do(Insert(constant_interval("Spine", 50, 70, 0.4)))
     review.do(Decide((review.state.next_id - 1,), Decision.ACCEPTED))
     session, out = tmp_path / "walk.twist.json", tmp_path / "out.bvh"
     write_session(dirty_walk, review.state, session)

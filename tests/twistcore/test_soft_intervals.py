@@ -19,7 +19,7 @@ from twistcore.detection.consistency.chain_analysis import FixedInterval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Review
-from twistcore.review.model import levelled
+from twistcore.review.model import with_level
 from twistcore.review.soft_onset import onset_frames, soft_onset
 from twistcore.skeleton.chain import find_chains
 
@@ -80,9 +80,9 @@ def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_i
 
 
 def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
-    edited = levelled(soft(), np.radians(-39.0))
+    edited = with_level(soft(), np.radians(-39.0))
     np.testing.assert_allclose(edited.offset, -0.5 * RAMP, atol=1e-12)
-    assert levelled(level(20.0), 1.0).delta == pytest.approx(1.0)
+    assert with_level(level(20.0), 1.0).delta == pytest.approx(1.0)
 
 
 def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):

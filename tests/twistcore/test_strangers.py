@@ -15,7 +15,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
-from twistcore.batch.clip_result import processed
+from twistcore.batch.clip_result import process_clip
 from twistcore.batch.parameters import Parameters
 from twistcore.cli import main
 from twistcore.detection import Kind
@@ -245,7 +245,7 @@ def test_nor_is_it_that_of_helpers_with_a_profile(tmp_path, capsys):
     main(["detect", str(clip), "--tau", "3", "--profile", str(profile), "--json"])
     detected = json.loads(capsys.readouterr().out)["tau_deg"]
     radians = {"upperarm_r": np.radians(7.0), "nobody": np.radians(9.0)}
-    _, document, _ = processed(clip, Parameters(tau_deg=3.0, profile_rad=radians))
+    _, document, _ = process_clip(clip, Parameters(tau_deg=3.0, profile_rad=radians))
     for tau in (detected, document["tau_deg"]):
         assert tau["upperarm_l"] == pytest.approx(3.0)
         assert tau["upperarm_r"] == pytest.approx(7.0)

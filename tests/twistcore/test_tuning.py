@@ -33,12 +33,12 @@ from twistcore.tuning import (
     TauCurve,
     Tuned,
     Verdicts,
-    cleaned,
     clip_curves,
     clip_tuning,
     cost_of_all,
     read_profile,
     tuned,
+    without_known_errors,
     write_profile,
 )
 from twistcore.tuning.cost_words import alarm_words, count_words, fsr_words
@@ -143,7 +143,7 @@ def test_what_a_person_calls_natural_is_a_false_alarm(dirty_walk, method):
     assert curve.curve(found[0].chain).alarms[0] >= 1.0
     # Named an error it is taken out instead, whatever the detector thinks of it.
     shifted = found[0].with_offset(found[0].start, 0.5 * found[0].offset)
-    half = cleaned(analyse(motion), Verdicts(errors=(shifted,)))
+    half = without_known_errors(analyse(motion), Verdicts(errors=(shifted,)))
     parent = next(c.parent for c in chains if c.name == found[0].chain)
     turned = geodesic_angle(motion.rotations[:, parent], half.rotations[:, parent])
     at = slice(found[0].start, found[0].stop)

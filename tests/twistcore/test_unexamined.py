@@ -16,14 +16,14 @@ from tests.twistcore.made_records import record_of
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.examination import joints_outside, unexamined_frames
 from twistcore.batch.clip_survey import survey, survey_folder
-from twistcore.batch.gates import broken, parse_rule
+from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.result_files import clip_row
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import write_motion
-from twistcore.report.folder_page import known_page
+from twistcore.report.folder_page import manifest_page
 from twistcore.report.folder_report import Home
 from twistcore.review import Review, write_session
 from twistcore.skeleton.body import Unexamined
@@ -254,9 +254,9 @@ def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
 
 def test_the_page_of_a_clip_that_is_gone_has_it(clips):
     home = Home("all", "index.html")
-    page = known_page(record_of(clips / "one_arm.bvh", "a.bvh"), "it is gone", home)
+    page = manifest_page(record_of(clips / "one_arm.bvh", "a.bvh"), "it is gone", home)
     assert page.count("left arm") == 1
-    page = known_page(record_of(clips / "three.bvh", "a.bvh"), "it is gone", home)
+    page = manifest_page(record_of(clips / "three.bvh", "a.bvh"), "it is gone", home)
     assert page.count(": 3 frames") == 1
 
 
@@ -267,7 +267,7 @@ def test_rules_count_limbs_by_clip_or_over_the_run(rule, clip):
         done(f"{n}.bvh", result={"unexamined": [limb] * k})
         for n, k in zip("abc", (1, 2, 0), strict=True)
     ]
-    (found,) = broken([parse_rule(rule)], [*records, done("older.bvh")])
+    (found,) = broken_rules([parse_rule(rule)], [*records, done("older.bvh")])
     assert (found.clip, found.value) == (clip, 2 if clip else 3)
 
 

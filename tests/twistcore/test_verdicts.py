@@ -11,10 +11,10 @@ from tests.messages import names_in_one_line, numbers
 from twistcore.tuning import GRID
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.learned_confidence import (
+    ConfidenceVerdicts,
     LearnedConfidence,
-    Seen,
-    held_out,
-    learned,
+    fit_confidence,
+    held_out_confidence,
     reliability,
 )
 from twistcore.tuning.learned_profile import learned_profile
@@ -226,14 +226,16 @@ def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
 def listed(n, rng, truth, clips=20):
     """Intervals whose chance to be accepted is `truth` of their confidence."""
     c = 1.0 / (1.0 + np.exp(-rng.normal(2.5, 1.5, n)))
-    return Seen(c, rng.random(n) < truth(c), rng.integers(clips, size=n).astype(float))
+    return ConfidenceVerdicts(
+        c, rng.random(n) < truth(c), rng.integers(clips, size=n).astype(float)
+    )
 
 
 def test_of_nothing_the_builtin_map_is_kept_and_few_verdicts_move_it_little():
     c = np.array([0.1, 0.5, 0.9, 0.99])
-    none = Seen(np.zeros(0), np.zeros(0, bool), np.zeros(0))
-    np.testing.assert_allclose(learned(none).of(c), c)
-    one = learned(Seen(np.array([0.9]), np.array([False]), np.zeros(1)))
+    none = ConfidenceVerdicts(np.zeros(0), np.zeros(0, bool), np.zeros(0))
+    np.testing.assert_allclose(fit_confidence(none).of(c), c)
+    one = fit_confidence(ConfidenceVerdicts(np.array([0.9]), np.array([False]), np.zeros(1)))
     assert np.abs(one.of(c) - c).max() < 0.5
     assert LearnedConfidence()(None) is None
 
@@ -241,12 +243,14 @@ def test_of_nothing_the_builtin_map_is_kept_and_few_verdicts_move_it_little():
 def test_the_map_is_found_again_and_keeps_the_order():
     truth = LearnedConfidence(-1.0, 0.7)
     given = listed(20_000, np.random.default_rng(0), truth.of)
-    found = learned(given)
+    found = fit_confidence(given)
     assert (found.shift, found.scale) == pytest.approx((-1.0, 0.7), abs=0.08)
     assert found.accepted + found.rejected == 20_000
     assert (np.diff(found.of(np.linspace(0.01, 0.99, 50))) > 0).all()
     # A detector that knows nothing is not turned round, whatever a person says.
-    against = learned(Seen(given.confidence, given.confidence < 0.9, given.clip))
+    against = fit_confidence(
+        ConfidenceVerdicts(given.confidence, given.confidence < 0.9, given.clip)
+    )
     assert against.scale > 0
 
 
@@ -254,13 +258,13 @@ def test_held_out_confidences_see_nothing_of_their_clip():
     rng = np.random.default_rng(0)
     given = listed(400, rng, lambda c: 0.8 * c)
     before = reliability(given.confidence, given.accepted)
-    after = reliability(held_out(given), given.accepted)
+    after = reliability(held_out_confidence(given), given.accepted)
     assert after.error < 0.5 * before.error
     # The verdicts of one clip turned round: its own confidences are as before.
     odd = given.clip == 7
-    other = Seen(given.confidence, given.accepted ^ odd, given.clip)
-    np.testing.assert_array_equal(held_out(other)[odd], held_out(given)[odd])
-    assert (held_out(other)[~odd] != held_out(given)[~odd]).any()
+    other = ConfidenceVerdicts(given.confidence, given.accepted ^ odd, given.clip)
+    np.testing.assert_array_equal(held_out_confidence(other)[odd], held_out_confidence(given)[odd])
+    assert (held_out_confidence(other)[~odd] != held_out_confidence(given)[~odd]).any()
 
 
 def test_it_is_said_what_was_held_out():

@@ -13,7 +13,7 @@ from tests.twistcore import amc_files
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.errors import AmcError, BvhError
-from twistcore.export.exports_beside import exports_among
+from twistcore.export.exported_clips import exports_among
 from twistcore.files.kinds import BVH, kind_of
 from twistcore.files.wide_text import wide_codec, wide_text
 from twistcore.formats.amc import read_amc

@@ -1,11 +1,11 @@
-"""Process many clips, either as a survey or into a batch folder that survives a crash."""
+"""Process many clips, as a survey in memory or as a batch whose results are stored in a folder."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from twistcore.batch.clip_severity import severity
     from twistcore.batch.clip_survey import ClipSurvey, survey, survey_folder
-    from twistcore.batch.how_bad import severity
     from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
 
 __all__ = [
@@ -19,10 +19,10 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first used: reading a manifest needs no numpy.
+    # Modules are loaded on first use, since reading a manifest does not need numpy.
     _HOMES = {
         "clip_survey": "ClipSurvey survey survey_folder",
-        "how_bad": "severity",
+        "clip_severity": "severity",
         "manifest": "ClipRecord Manifest is_batch_folder",
     }
 

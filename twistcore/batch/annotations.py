@@ -1,4 +1,4 @@
-"""Write the problems of a batch as annotations, which GitHub shows next to the files of a change.
+"""Write the problems of a batch as annotations, which GitHub shows at the files of a pull request.
 
 An annotation is a line `::error file=…,title=…::…` in the output of a workflow's step.
 """
@@ -17,15 +17,20 @@ from twistcore.files.encoding import legible
 
 
 def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterable[Broken]) -> None:
-    """Write the lines of :func:`github_annotations`, with files relative to the current folder."""
+    """Write the annotations of a batch to a file.
+
+    The lines are those of :func:`github_annotations`, with files relative to the current folder.
+    Raises OSError.
+    """
     write_atomically(path, github_annotations(records, broken, str(Path.cwd())).encode())
 
 
 def github_annotations(records: Iterable[ClipRecord], broken: Iterable[Broken], root: str) -> str:
-    r"""Return a line for each clip that breaks rules or could not be processed or examined.
+    r"""Return one line for each clip with a problem, and one for each broken rule of the whole run.
 
-    The last lines are for broken rules of the whole run. Files in the folder `root` are named
-    relative to it; other files are not named. Control characters are escaped, such as `\x1b`.
+    A clip has a problem if it breaks rules or could not be processed or examined. A clip in the
+    folder `root` is named relative to it; the line of any other clip has no file. Control
+    characters are escaped, such as `\x1b`.
     """
     of_run: list[Broken] = []
     by_clip: dict[str, list[Broken]] = defaultdict(list)

@@ -1,4 +1,4 @@
-"""Process a clip into a result document and, if requested, corrected bytes."""
+"""Process a clip and return its result document and, if requested, the corrected clip."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
@@ -28,11 +28,22 @@ from twistcore.skeleton.rotation import largest_and_rms
 SCHEMA = "twistcore.batch_clip/1"
 
 
-def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Return a clip, its result document, and the bytes of the corrected clip if there are any.
+def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
+    """Detect errors in a clip and, if requested, correct it.
 
-    The document does not contain the clip's name, so equal files have equal documents. Raises
-    TwistError.
+    Returns
+    -------
+    clip
+        The clip.
+    document
+        The result. It does not contain the clip's name, so equal files have equal documents.
+    corrected
+        The bytes of the corrected clip, or None if no correction is requested.
+
+    Raises
+    ------
+    TwistError
+        If the clip cannot be read or analysed.
     """
     clip = read_clip(path, fps=parameters.fps)
     found = _detected(clip, parameters)
@@ -45,7 +56,7 @@ def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any],
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
     if corrected != clip.data:
-        # For a BVH, the written file with its rounding; for other formats, the motion itself.
+        # Examine a BVH as written, with rounded values. For other formats, examine the motion.
         bvh = clip.format == "bvh"
         after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
         document["left"] = intervals_to_json(_detected(after, parameters))
@@ -106,12 +117,19 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and a list of problems."""
-    from twistcore.export.replay import accepted_motion, chains_left, correctable
+    """Return the corrected motion, the number of corrected intervals, and the uncorrected chains.
+
+    The chains are described in sentences that say why they are uncorrected.
+    """
+    from twistcore.export.replay import accepted_motion, correctable, uncorrected_chain_sentences
     from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)
     refined = accepted_motion(clip, chains, review.state)
     applied = correctable(clip.motion, chains, review.accepted)
-    return refined, len(applied), list(chains_left(clip.motion, chains, review.accepted))
+    return (
+        refined,
+        len(applied),
+        list(uncorrected_chain_sentences(clip.motion, chains, review.accepted)),
+    )

@@ -1,4 +1,4 @@
-"""Survey many clips and sort them by severity."""
+"""Survey many clips and sort them by the severity of their errors."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.how_bad import severity
+from twistcore.batch.clip_severity import severity
 from twistcore.detection import DEFAULT_METHOD
-from twistcore.export.exports_beside import without_exports
+from twistcore.export.exported_clips import without_exports
 from twistcore.formats.clip_files import clips_in
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
@@ -23,7 +23,7 @@ from twistcore.work.progress import Tell
 
 @dataclass(frozen=True)
 class ClipSurvey:
-    """Summary of a clip, as returned by `survey_folder` for each file.
+    """The summary of a clip, as returned by `survey_folder` for each file.
 
     Parameters
     ----------
@@ -71,10 +71,22 @@ class ClipSurvey:
 def survey(
     path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
 ) -> ClipSurvey:
-    """Read and analyse a clip, with the τ of `profile` if given. Raises TwistError.
+    """Read and analyse a clip, and return its summary.
 
-    `rig_of` is a function that returns the rig for a motion. By default, the chains are found
-    automatically.
+    Parameters
+    ----------
+    path
+        The clip.
+    profile
+        The detector and the τ of each chain. By default, τ is automatic.
+    rig_of
+        A function that returns the rig for a motion. By default, the chains are found
+        automatically.
+
+    Raises
+    ------
+    TwistError
+        If the clip cannot be read or analysed.
     """
     clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
@@ -102,7 +114,7 @@ def survey_folder(
     *,
     tell: Tell | None = None,
 ) -> list[ClipSurvey]:
-    """Survey all clips of a folder, worst first.
+    """Survey all clips in a folder, with the worst clip first.
 
     Clips that this program exported from other clips in the folder are left out.
 
@@ -115,13 +127,13 @@ def survey_folder(
     workers : int
         Number of processes.
     tell : callable, optional
-        Called after each clip with the completed share of the clips, 0…1.
+        A function that is called after each clip with the completed share of the clips, 0…1.
 
     Returns
     -------
     list of ClipSurvey
-        Sorted by severity; unreadable clips come last, with the reason in `problem`. Empty if
-        there is no clip or no such folder.
+        Sorted by severity; unreadable clips come last, with the reason in `problem`. Empty if there
+        is no clip or no such folder.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Process one clip as a task, with the same outcome in every process and on every machine.
+"""Process one clip as a task that can run in any process and on any machine.
 
 The code that processes a clip is imported only when a task runs, so a process that only sends tasks
 does not load numpy.
@@ -25,21 +25,23 @@ from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memor
 
 Bytes: TypeAlias = bytes  # Outcome has a field called `bytes`
 
-_RACY_NS = 2_000_000_000  # a file changed this recently may change again within the timestamp
+_RACY_NS = 2_000_000_000  # a file changed this recently may change again with the same timestamp
 
 
 @dataclass(frozen=True)
 class ClipTask:
-    """The task of processing one clip.
+    """A clip to process, with everything that is needed to process it.
 
     Attributes
     ----------
     source
-        Absolute path or URL.
+        Absolute path or URL of the clip.
     name
         The clip's name in the manifest.
     size
         Size of the file in bytes, 0 if unknown.
+    parameters
+        The processing parameters.
     memory
         Bytes of memory allowed on top of the usual need of a clip of this size.
     data
@@ -61,14 +63,16 @@ class Outcome:
     Attributes
     ----------
     result
-        The document 'twistcore.batch_clip/1' without the clip's name, or None if it failed.
+        The document 'twistcore.batch_clip/1' without the clip's name, or None if the task failed.
     reason
         A sentence about the failure, or an empty string.
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature of the file that was read. The signature is '' if it might not
-        reveal a later change.
+        Hash, size and signature of the file that was read. The signature is '' if the file may
+        change without a change of its signature.
+    seconds, peak_bytes
+        Time and memory used for processing.
     corrected
         The bytes of the corrected clip, or None.
     companions
@@ -90,8 +94,8 @@ class Outcome:
     unseen: bool = False
 
 
-def process(task: ClipTask) -> Outcome:
-    """Run a task. Problems with the clip are returned in the outcome and never raised."""
+def run_task(task: ClipTask) -> Outcome:
+    """Run a task. The function never raises an error; problems are described in the outcome."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -114,10 +118,11 @@ def process(task: ClipTask) -> Outcome:
 
 
 def signature_of(path: Path | str) -> tuple[str, bool]:
-    """Return a file's signature (size, time and inode as text), and whether it is reliable.
+    """Return a file's signature, and whether it is reliable.
 
-    While a reliable signature is unchanged, so is the file. For an AMC, the signature includes the
-    skeletons in the folder, since the clip needs one of them. Raises OSError.
+    The signature is a text with size, time and inode. A file with an unchanged, reliable signature
+    is unchanged. The signature of an AMC also depends on the skeletons in the folder, since the
+    clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := _companion(path):
@@ -134,27 +139,27 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Return True if a clip needs other files, such as an AMC, which needs a skeleton file."""
+    """Return True if a clip needs other files, such as the skeleton of an AMC."""
     return bool(_companion(path))
 
 
 def _companion(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder, or an empty string."""
+    """Return the suffix of the files that a clip needs in its folder, or an empty string."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 
 
 def _carried_out(task: ClipTask) -> dict[str, Any]:
-    from twistcore.batch.clip_result import processed  # numpy, scipy
+    from twistcore.batch.clip_result import process_clip  # numpy, scipy
 
     with _on_this_disk(task) as path:
         before, settled = signature_of(path)
         if not path.is_file():  # opening a FIFO would wait for its writer
             raise TwistError(f"{path}: expected a regular file")
         try:
-            clip, result, corrected = processed(path, task.parameters)
+            clip, result, corrected = process_clip(path, task.parameters)
         except TwistError as error:
-            path.open("rb").close()  # raises OSError if the content is not to blame
+            path.open("rb").close()  # raises OSError if the file cannot be read
             known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
             known |= {"bytes": path.stat().st_size, "sha256": sha256_of(path)}
         else:
@@ -162,7 +167,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
             known |= {} if corrected is None else {"companions": clip.companions}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
         same = signature_of(path)[0] == before
-    if "reason" in known and not same:  # half written when it was read, and now perhaps complete
+    if "reason" in known and not same:  # the file was still being written and may now be complete
         known["again"] = True
     if same and settled and str(path) == task.source:
         known["signature"] = before
@@ -171,7 +176,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
 
 @contextmanager
 def _on_this_disk(task: ClipTask) -> Iterator[Path]:
-    """Yield the path of the clip's file, or of a temporary copy of its bytes."""
+    """Yield the path of a task's clip, or of a temporary copy if the clip is not on this disk."""
     data = task.data
     if data is None and "://" in task.source:
         from twistcore.batch.remote_files import read_remote

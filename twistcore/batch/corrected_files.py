@@ -1,6 +1,6 @@
-"""Write corrected clips into a batch folder, each file atomically.
+"""Write corrected clips atomically into a batch folder.
 
-Files that this program did not write are never replaced.
+A file that this program did not write is never replaced.
 """
 
 from __future__ import annotations
@@ -27,12 +27,30 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip into the batch folder, and return its row with path and hash added.
+    """Write a corrected clip into the batch folder, and return its row with path and hash.
 
-    `known` is the clip's row in the manifest. `companions` are other files that the clip needs. An
-    existing file is replaced if it is listed in the manifest. It is not rewritten if it already has
-    these bytes, for example if a process was killed right after writing. Raises TwistError for any
-    other existing file, and OSError.
+    An existing file is replaced if the manifest lists it, but not if it already has these bytes,
+    which happens after a process was killed right after writing.
+
+    Parameters
+    ----------
+    folder
+        The batch folder.
+    row
+        The clip's new row.
+    known
+        The clip's row in the manifest, or None.
+    data
+        The bytes of the corrected clip.
+    companions
+        Other files that the corrected clip needs, keyed by name.
+
+    Raises
+    ------
+    TwistError
+        If there is a file that this program did not write.
+    OSError
+        If the file cannot be written.
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
@@ -57,8 +75,8 @@ def write_corrected(
 def is_intact(folder: Path, row: ManifestRow) -> bool:
     """Return True if a clip's corrected file is unchanged since it was written.
 
-    Size, time and inode are compared first. The bytes are compared only if these differ, as in a
-    copy of the file.
+    If size, time and inode are the same, the file counts as unchanged. If they differ, as in a
+    copy, its hash is compared.
     """
     path = folder / row.corrected
     try:

@@ -1,4 +1,4 @@
-"""Run the tasks of a batch on a Dask cluster, each in a separate process on a worker."""
+"""Run the tasks of a batch on the workers of a Dask cluster, each in a separate process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from twistcore.batch.clip_task import ClipTask, Outcome, process
+from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import read_file
 from twistcore.work.processes import Apart, ProcessEndedError
@@ -24,19 +24,31 @@ if TYPE_CHECKING:
 
 _CONNECT_S = 20.0
 _LOOK_S = 1.0
-_ALONE_S = 60.0  # seconds without any worker, which may be restarting
-_AHEAD = 2  # tasks per thread sent to the workers, so that none is idle
+_ALONE_S = 60.0  # seconds to wait without any worker, since workers may be restarting
+_AHEAD = 2  # tasks per thread sent in advance, so that no worker is idle
 
 _own = threading.local()
 
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
-    """Yield a function that runs tasks on the cluster at `address` (None: on local workers).
+    """Yield a function that runs tasks on a Dask cluster.
 
     A local cluster accepts only connections with its own temporary certificate, because anyone who
     reaches a scheduler can run any code. For a `tls://` address, the certificates come from Dask's
-    configuration. Raises TwistError if Dask is not installed or no scheduler answers.
+    configuration.
+
+    Parameters
+    ----------
+    address
+        The address of the scheduler, or None to start a cluster on this machine.
+    workers
+        Number of workers of a cluster on this machine. By default, Dask chooses it.
+
+    Raises
+    ------
+    TwistError
+        If Dask is not installed or no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster
@@ -74,13 +86,13 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 
 def _close_pages(dask_worker: Any) -> None:
-    """Close a worker's HTTP port. Dask recognises the argument by its name."""
+    """Close the HTTP port of a worker. Dask passes the worker because of the argument's name."""
     dask_worker.http_server.stop()
 
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Suppress Dask's tracebacks, since every problem is reported in a sentence."""
+    """Suppress Dask's log messages, since every problem is reported in one sentence."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -90,11 +102,14 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Run a task on a worker in a separate process, and return errors as outcomes."""
+    """Run a task on a worker in a separate process. Exceptions are returned, not raised.
+
+    `seconds` is the processor time allowed for the task.
+    """
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart
-    return apart.tried(process, task, seconds)
+    return apart.tried(run_task, task, seconds)
 
 
 def _in_cluster(
@@ -142,7 +157,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """Return the outcome of a task. Raises TwistError if the scheduler has been lost."""
+    """Return the outcome of a task. Raises TwistError if the scheduler has stopped."""
     from distributed import KilledWorker
 
     try:
@@ -159,7 +174,7 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers. Raises TwistError without a scheduler."""
+    """Return the number of threads of all workers. Raises TwistError if the scheduler stopped."""
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())

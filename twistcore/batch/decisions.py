@@ -1,4 +1,4 @@
-"""The progress of a clip's review, as stored in a manifest."""
+"""Summarise the progress of a clip's review for the manifest."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from twistcore.review import Decision, read_session
 from twistcore.review.agreement import reviewers_of
 
 
-def decisions_of(session: Path) -> dict[str, Any]:
-    """Count the accepted, rejected and undecided intervals of a session, and list the reviewers.
+def count_decisions(session: Path) -> dict[str, Any]:
+    """Count the accepted, rejected and undecided intervals of a session, and list its reviewers.
 
-    The result is {} if nothing is decided. Raises TwistError if the session cannot be read.
+    The result has the keys of :meth:`Manifest.note_decisions`, or is {} if nothing is decided.
+    Raises TwistError if the session cannot be read.
     """
     judged = read_session(session).state.intervals
     decided = [j for j in judged if j.decision != Decision.UNDECIDED]

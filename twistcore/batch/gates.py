@@ -67,18 +67,22 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A parsed rule, with a quantity, the intervals to which it applies, and a limit.
+    """A parsed rule that limits a quantity of each clip or of the whole run.
 
     Parameters
     ----------
     text
         The rule as the user wrote it.
+    what
+        The quantity, such as 'count' or 'severity'.
     total
         True if the rule applies to the whole run instead of each clip.
     kinds
         The kinds of intervals to which the rule applies, empty for all.
     confidence
         Pairs of operator and limit for an interval's confidence, all of which must be met.
+    op
+        The operator with which a value is compared with the limit.
     limit
         The limit of the quantity; for `affected`, in per cent.
     """
@@ -94,7 +98,7 @@ class Rule:
     def counts(self, interval: Mapping[str, Any]) -> bool:
         """Return True if the rule applies to an interval, given as an entry of `detect --json`.
 
-        An interval without a confidence counts as confidence 1, as in the severity.
+        An interval without a confidence counts as having confidence 1.
         """
         kind = Kind(interval["kind"])
         if kind not in self.kinds if self.kinds else kind.of_capture:
@@ -109,9 +113,16 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule.
+    """A rule that a clip or the whole run breaks.
 
-    `clip` is the name of the clip that breaks the rule, or '' for the whole run.
+    Parameters
+    ----------
+    rule
+        The rule.
+    clip
+        Name of the clip, or '' for the whole run.
+    value
+        The value that breaks the rule.
     """
 
     rule: Rule
@@ -125,7 +136,7 @@ class Broken:
 
 
 def parse_rule(text: str) -> Rule:
-    """Parse a rule in the syntax of :data:`GRAMMAR`. Raises TwistError with the expected form."""
+    """Parse a rule in the syntax of :data:`GRAMMAR`. Raises TwistError if the syntax is wrong."""
 
     def refused(expected: str) -> TwistError:
         return TwistError(f"rule {text!r}: expected {expected}")
@@ -165,10 +176,10 @@ def parse_rule(text: str) -> Rule:
     )
 
 
-def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return all broken rules: first for each clip, in order, then for the whole run.
+def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
+    """Return all broken rules: first those of each clip, in order, then those of the whole run.
 
-    The records are iterated only once.
+    `records` is iterated only once, so it may be a generator.
     """
     of_clips = [rule for rule in rules if not rule.total]
     totals = {rule: _Total() for rule in rules if rule.total}
@@ -235,7 +246,7 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
     """Yield the size in degrees of each interval to which the rule applies.
 
-    For an interval without an offset, this is its turn or its noise.
+    The size is the offset or, for a kind without an offset, the rotation in a frame or the noise.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):
@@ -246,8 +257,7 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
     """Return the number of frames covered by the intervals to which the rule applies.
 
-    Kinds that cannot be corrected are included only if the rule lists them, as in a result's
-    affected frames.
+    Kinds that cannot be corrected are included only if the rule names them.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])
@@ -262,7 +272,7 @@ def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
 
 
 def _number(text: str) -> float | None:
-    """Return the finite number that a text contains, or None."""
+    """Return the number in a text, or None if it is not a finite number."""
     try:
         value = float(text)
     except ValueError:

@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import exports_in
+from twistcore.export.exported_clips import exports_in
 from twistcore.files.ordinary import read_file
 from twistcore.formats.suffixes import CLIP_SUFFIXES, known_formats
 from twistcore.work.frozen import dataclass
@@ -29,13 +29,13 @@ class Source:
     path
         Absolute path or URL.
     name
-        Unique path relative to the given folder, with '/'.
+        A unique path relative to the given folder, with '/'.
     size
         Size in bytes, 0 if unknown.
     signature
-        See `clip_task.signature_of`, '' if unknown.
+        The file's signature from `clip_task.signature_of`, '' if unknown.
     settled
-        True if every later change of the file will change the signature.
+        True if the signature is reliable, so that it differs after any change of the file.
     """
 
     path: str
@@ -47,10 +47,16 @@ class Source:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The clips in the order of the inputs, and a sentence for each input that has no clips.
+    """The clips that a user has given.
 
-    `exports` is the number of files left out because this program wrote them from clips in the same
-    folder.
+    Parameters
+    ----------
+    sources
+        The clips, in the order of the inputs.
+    problems
+        A sentence for each input that has no clips.
+    exports
+        Number of files left out because this program wrote them from clips in the same folder.
     """
 
     sources: tuple[Source, ...]
@@ -72,9 +78,21 @@ def find_inputs(
     - the URL of a file or folder
 
     Exports of other clips in a local folder or pattern are left out
-    (`exports_beside.exports_among`). `without` is a folder to leave out. Raises TwistError if a
-    word refers to something in that folder, a list cannot be read, or there is no clip, unless
-    `may_be_none` is True.
+    (`exported_clips.exports_among`).
+
+    Parameters
+    ----------
+    words
+        The words.
+    without
+        A folder to leave out.
+    may_be_none
+        True if it is no error that there is no clip.
+
+    Raises
+    ------
+    TwistError
+        If a word refers to something in `without`, a list cannot be read, or there is no clip.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -100,10 +118,10 @@ def find_inputs(
     )
 
 
-def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """Return the sources with their existing names, and with new names for sources without one.
+def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
+    """Return the sources with their existing names, or with new, unique names.
 
-    `names` maps paths to existing names. New names differ from all of them.
+    `names` has the existing names, keyed by path. Sources with an existing name come first.
     """
     known: list[Source] = []
     new: list[Source] = []
@@ -115,7 +133,7 @@ def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]
 
 
 def is_clip_name(name: str) -> bool:
-    """Return True if the name has the suffix of a clip, in upper or lower case."""
+    """Return True if a file name has the suffix of a clip, in upper or lower case."""
     return os.path.splitext(name)[1].lower() in CLIP_SUFFIXES  # noqa: PTH122 of a million names
 
 
@@ -135,19 +153,18 @@ def _expanded(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Return the non-empty lines of a list, without the byte order mark that Windows adds."""
+    """Return the non-empty lines of a list. The byte order mark that Windows adds is removed."""
     lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
     return (line.strip() for line in lines if line.strip())
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Yield the clips of a folder, pattern or URL; a single file is appended to `files` instead."""
+    """Yield the clips of a folder, pattern or URL. A single file is appended to `files` instead."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 
         for path, name, size in find_remote(word):
-            # Finding out whether a pickle has poses would need a download, so it must be named
-            # explicitly.
+            # Only a download could show whether a pickle has poses, so it must be named explicitly.
             if path == word or (is_clip_name(name) and not name.lower().endswith(".pkl")):
                 yield Source(path, name, size)
     elif os.path.isdir(word):  # noqa: PTH112
@@ -161,9 +178,9 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
 def _below(
     root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
 ) -> Iterator[Source]:
-    """Yield the clips in a folder and its subfolders for which `fits` returns True.
+    """Yield the clips in a folder and its subfolders whose relative names `fits` accepts.
 
-    Links are not followed.
+    Links to folders are not followed.
     """
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
@@ -193,7 +210,7 @@ def _below(
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     """Yield the clips that match a pattern, and the clips in folders that match it.
 
-    Their names are relative to the folder before the first wildcard.
+    A clip's name is relative to the folder before the first wildcard.
     """
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
@@ -223,7 +240,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """Return True if the parts of a path match the parts of a pattern.
+    """Return True if the parts of a path match the parts of a pattern, which may contain '**'.
 
     An empty pattern matches every path.
     """
@@ -236,13 +253,13 @@ def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
 
 
 def _is_skipped(folder: Path, root: Path) -> bool:
-    """Return True if there is a link or a batch folder on the path from `root` down to a folder."""
+    """Return True if a link or a batch folder lies on the path from `root` to `folder`."""
     way = [folder, *folder.parents]
     return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
 def _has_other_data(path: str) -> bool:
-    """Return True if a file with a clip's suffix has other data, such as AMASS's body shapes."""
+    """Return True if a file with a clip's suffix has no motion, such as AMASS's body shapes."""
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
@@ -252,7 +269,7 @@ def _has_other_data(path: str) -> bool:
 
 
 def _exports_among(sources: Iterable[Source]) -> set[str]:
-    """Return the paths of those sources that are exports of other clips in the same folder."""
+    """Return the paths of the sources that are exports of other clips in the same folder."""
     folders: dict[str, list[str]] = defaultdict(list)
     for source in sources:
         folder, name = os.path.split(source.path)
@@ -269,7 +286,7 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Yield files that were given one by one, with names relative to their common folder."""
+    """Yield the clips of single files, with names relative to their common folder."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
@@ -293,7 +310,8 @@ def _source(path: str, name: str) -> Source:
 def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
     """Yield the sources with names that are unique even if case is ignored.
 
-    A repeated name is prefixed with the folder's name, or a number is added to its stem.
+    A repeated name is prefixed with the name of the clip's folder. If it is still not unique, a
+    number is added. `taken` has further names in use, in lower case.
     """
     used = set(taken)
     for source in sources:
@@ -309,7 +327,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
 
 
 def _folder_name(source: Source) -> str:
-    """Return the name of the folder directly above a source's relative name."""
+    """Return the name of the folder directly above the path that forms a source's name."""
     parts = PurePosixPath(source.path.replace(os.sep, "/")).parts
     above = parts[: len(parts) - len(PurePosixPath(source.name).parts)]
     return above[-1] if above and above[-1] not in ("/", "\\") else "other"

@@ -1,8 +1,8 @@
-"""Write the results of a batch as JUnit XML, the format of test results in continuous integration.
+"""Write the results of a batch as JUnit XML, a format for test results in continuous integration.
 
 There is a test case for each clip, and one for each rule for the whole run. Since JUnit XML has no
-single standard, only elements and attributes that common readers support are used, and a case has
-at most one failure, because some readers show only the first.
+single standard, only elements and attributes that common readers support are used. A case has at
+most one failure, because some readers show only the first one.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
+from twistcore.batch.clip_severity import unexamined_limb_sentences
 from twistcore.batch.gates import Broken, Rule
-from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import escaped
@@ -26,19 +26,30 @@ _SUITE = "twistcore batch"
 def write_junit(
     path: Path, records: Iterable[ClipRecord], rules: Sequence[Rule], broken: Iterable[Broken]
 ) -> None:
-    """Write the document of :func:`junit_xml` into a file."""
+    """Write the results of a batch to a file as JUnit XML. Raises OSError.
+
+    The parameters are those of :func:`junit_xml`.
+    """
     write_atomically(path, junit_xml(records, rules, broken))
 
 
 def junit_xml(
     records: Iterable[ClipRecord], rules: Sequence[Rule], broken: Iterable[Broken]
 ) -> bytes:
-    """Return the document in UTF-8.
+    """Return the results of a batch as JUnit XML in UTF-8.
 
     A clip is a failure if it breaks a rule, an error if it could not be processed or examined, and
-    skipped if it has not been processed yet. A test case's output lists limbs that were not
-    examined. `rules` are all requested rules. `broken` are the broken ones, from
-    :func:`twistcore.batch.gates.broken`. Characters impossible in XML are written as escapes.
+    skipped if it has not been processed yet. The output of a test case lists limbs that were not
+    examined. Characters that XML does not allow are written as escapes.
+
+    Parameters
+    ----------
+    records
+        The clips.
+    rules
+        All requested rules.
+    broken
+        The broken rules, from :func:`twistcore.batch.gates.broken_rules`.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)
     for one in broken:
@@ -56,7 +67,7 @@ def junit_xml(
             _fails(case, by_clip[record.name])
         elif why := (record.result or {}).get("unchecked"):
             _ending(case, "error", "could not be examined", [why])
-        if limbs := limbs_left_out(record.result or {}):
+        if limbs := unexamined_limb_sentences(record.result or {}):
             ElementTree.SubElement(case, "system-out").text = _legal("\n".join(limbs))
     for rule in (rule for rule in rules if rule.total):
         case = _case(suite, rule.text, 0.0, "total")
@@ -82,9 +93,9 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Add a test case whose class name is the folder, with dots instead of '/'.
+    """Add a test case whose class name is the clip's folder, with dots instead of '/'.
 
-    Programs that show the results group test cases by class name.
+    Readers of JUnit XML group test cases by class name. `of` replaces the folder.
     """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(

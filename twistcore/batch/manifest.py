@@ -1,7 +1,7 @@
-"""The manifest of a batch folder: an SQLite file with the state of every clip.
+"""Store the state of every clip of a batch in its manifest, an SQLite file in the batch folder.
 
-One process writes the results, clip by clip; others may read the manifest and add decisions. If
-the process is killed or the disk is full, all earlier entries stay intact.
+One process writes the results, clip by clip. Other processes may read the manifest and add
+decisions. If the writing process is killed or the disk is full, all earlier entries stay intact.
 """
 
 from __future__ import annotations
@@ -14,11 +14,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
-from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
+from twistcore.batch.manifest_tables import expected_definitions, make_tables, table_definitions
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
+from twistcore.batch.stored_rows import (
+    checked_column,
+    checked_decisions,
+    checked_parameters,
+    checked_result,
+)
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import saying, shown_words, text
+from twistcore.files.document_values import errors_naming, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
 from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
@@ -27,23 +32,23 @@ from twistcore.work.frozen import dataclass
 FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"
 
-_COMPANIONS = ("-journal", "-wal", "-shm")  # files that SQLite puts next to it
+_COMPANIONS = ("-journal", "-wal", "-shm")  # suffixes of files that SQLite puts next to a database
 _SCHEMA = 1
-_OURS = 0x54774261  # 'TwBa': in the file's header, where it can be read without SQLite
-_MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
-_BUSY_S = 10.0  # waiting time while another process writes
+_OURS = 0x54774261  # 'TwBa', the application id in the header, which is read without SQLite
+_MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68  # bytes and offsets of the header
+_BUSY_S = 10.0  # seconds to wait while another process writes
 
 
 @dataclass(frozen=True)
 class ClipRecord:
-    """A clip of a batch folder.
+    """Everything that a batch folder stores about a clip.
 
     Parameters
     ----------
     source
         Absolute path or URL.
     name
-        Unique path relative to the input folder, with '/'.
+        A unique path relative to the input folder, with '/'.
     state
         'done', 'failed' or 'waiting'.
     reason
@@ -82,12 +87,14 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """The main data of a clip, for long lists. For other fields, see ClipRecord and its result.
+    """The main data of a clip, for long lists.
+
+    The other fields are as in :class:`ClipRecord` and in its result.
 
     Parameters
     ----------
     mark
-        Hash of the parameters, which identifies them.
+        A hash that identifies the processing parameters.
     signature
         The file's signature when it was processed, '' if unreliable.
     """
@@ -108,16 +115,18 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row as a run reads and writes it. For other fields, see ClipRecord.
+    """A clip's row, as a run reads and writes it.
+
+    The other fields are as in :class:`ClipRecord`.
 
     Parameters
     ----------
     again
         True if a failed clip should be processed again.
     mark
-        Hash of the parameters, which identifies them.
+        A hash that identifies the processing parameters.
     signature
-        The file's signature, '' if the file must be read to recognise it.
+        The file's signature, or '' if only the file's bytes can show whether it has changed.
     corrected_sha256, corrected_signature
         Hash and signature of the corrected file.
     """
@@ -191,9 +200,10 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder. Use it as a context manager to close the file.
+    """The manifest of a batch folder.
 
-    Its methods raise TwistError if the file is damaged or cannot be written.
+    Use it as a context manager to close the file. The methods raise TwistError if the file is
+    damaged or cannot be written.
     """
 
     def __init__(self, folder: Path, connection: sqlite3.Connection) -> None:
@@ -204,7 +214,8 @@ class Manifest:
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
         """Open the manifest of a folder.
 
-        Raises TwistError if it is missing and `create` is False.
+        If there is none, it is created if `create` is True. Raises TwistError if it is missing,
+        damaged or not a manifest.
         """
         folder = Path(folder)
         file = folder / FILE
@@ -232,7 +243,7 @@ class Manifest:
             self._connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
             if create:
                 self._make()
-            if shape_of(self._connection) != shape_of_ours():
+            if table_definitions(self._connection) != expected_definitions():
                 raise FormatError(
                     "expected a manifest written by twistcore batch, found other tables"
                 )
@@ -249,14 +260,14 @@ class Manifest:
         """Close the file."""
         self._connection.close()
 
-    # -- for readers --------------------------------------------------------------------------
+    # -- reading ------------------------------------------------------------------------------
 
     def records(self) -> list[ClipRecord]:
         """Return all clips, sorted by name."""
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name, with only one in memory at a time."""
+        """Yield all clips, sorted by name, with only one of them in memory."""
         with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
@@ -269,21 +280,24 @@ class Manifest:
             return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Return the processing parameters as JSON data, keyed by their hash (mark)."""
+        """Return all processing parameters in use as JSON data, keyed by their hash (mark)."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
-            return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
+            return {
+                checked_column("mark", mark): checked_parameters(_text(document))
+                for mark, document in rows
+            }
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield (source, name, problems) of every clip that has uncorrected intervals."""
+        """Yield the source, the name and the problems of every clip with uncorrected intervals."""
         with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 clip = _columns(("source", "name"), (source, name))
-                sentences = result_of(_text(document))["uncorrected"]
+                sentences = checked_result(_text(document))["uncorrected"]
                 yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of a source. Raises TwistError if there is none."""
+        """Return the record of the clip with this path or URL. Raises TwistError without one."""
         with _sqlite_errors(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()
@@ -292,12 +306,20 @@ class Manifest:
         raise TwistError(f"{legible(source)} is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Store the progress of a clip's review, replacing the previous progress.
+        """Store the progress of a clip's review in place of the previous progress.
 
-        An empty mapping removes it.
+        Parameters
+        ----------
+        source
+            The clip's path or URL.
+        decisions
+            The keys accepted, rejected and undecided (numbers), reviewers (names), session (path)
+            and at (ISO 8601). An empty mapping removes the stored progress.
 
-        `decisions` has the keys accepted, rejected, undecided (numbers), reviewers (names), session
-        (path) and at (ISO 8601). Raises TwistError if the folder has no such clip.
+        Raises
+        ------
+        TwistError
+            If the folder has no such clip.
         """
         self.record(source)
         with self.transaction():
@@ -310,7 +332,7 @@ class Manifest:
                 key = (escaped(source),)
                 self._connection.execute("DELETE FROM decisions WHERE source = ?", key)
 
-    # -- for a run ----------------------------------------------------------------------------
+    # -- writing ------------------------------------------------------------------------------
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
@@ -326,20 +348,20 @@ class Manifest:
                 raise
 
     def rows(self) -> dict[str, ManifestRow]:
-        """Return all rows, keyed by source."""
+        """Return the rows of all clips, keyed by source (path or URL)."""
         with _sqlite_errors(self.folder / FILE):
             query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
             rows = [_row(row) for row in self._connection.execute(query)]
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the sizes in bytes of all files that have a result with these parameters."""
+        """Return the sizes in bytes of all files with a result for the parameters `mark`."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """Return True if a file with these bytes has a result with these parameters."""
+        """Return True if there is a result for a file with this hash and the parameters `mark`."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
             return (
@@ -356,13 +378,13 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips. Call this within a transaction."""
+        """Store the rows of clips. Must be called within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result, keyed by the clip's hash and the parameters.
+        """Store a clip's result, keyed by the hashes of the clip and of the parameters.
 
-        Call this within a transaction.
+        Must be called within a transaction.
         """
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
@@ -372,22 +394,22 @@ class Manifest:
     def _make(self) -> None:
         if self._connection.execute("PRAGMA user_version").fetchone()[0]:
             return
-        with self.transaction():  # if it is killed before the end, the file stays empty
+        with self.transaction():  # so that the file stays empty if the process is killed
             make_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
             self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
 
 
-def now() -> str:
-    """Return the current time as a manifest stores it: ISO 8601 in UTC, to the second."""
+def timestamp() -> str:
+    """Return the current time as stored in a manifest: ISO 8601 in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 @contextmanager
 def _sqlite_errors(file: Path) -> Iterator[None]:
-    """Convert SQLite's errors to TwistErrors whose message is a sentence."""
+    """Convert errors of SQLite to TwistErrors that name the file."""
     try:
-        with saying(file):
+        with errors_naming(file):
             yield
     except sqlite3.OperationalError as error:
         raise TwistError(f"{file} cannot be read or written ({shown_words(error)})") from None
@@ -404,7 +426,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
     """Return the checked values of the columns, keyed by column name."""
-    checked = {name: column(name, value) for name, value in zip(names, values, strict=True)}
+    checked = {name: checked_column(name, value) for name, value in zip(names, values, strict=True)}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
 
 
@@ -425,16 +447,16 @@ def _row(values: tuple[Any, ...]) -> ManifestRow:
 
 
 def _record(row: tuple[Any, ...]) -> ClipRecord:
-    """Build a record from a row of _RECORDS."""
+    """Return the record for a row of the query _RECORDS."""
     columns = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
     parameters, version, result, decisions = row[9], row[10], row[11], row[13]
-    document = None if result is None else result_of(_text(result))
+    document = None if result is None else checked_result(_text(result))
     if document is not None:
         document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
         **columns,
-        parameters={} if parameters is None else parameters_of(_text(parameters)),
-        version="" if version is None else column("version", version),
+        parameters={} if parameters is None else checked_parameters(_text(parameters)),
+        version="" if version is None else checked_column("version", version),
         result=document,
-        decisions={} if decisions is None else decisions_of_clip(_text(decisions)),
+        decisions={} if decisions is None else checked_decisions(_text(decisions)),
     )

@@ -1,4 +1,4 @@
-"""Create the tables of a manifest and check them when a file is opened."""
+"""Create the tables of a manifest, and check the tables of an existing file."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 from functools import cache
 
-# A result is stored for each combination of file content and parameters. Clips may share it.
+# A result belongs to file content and parameters, so clips with equal content share it.
 _TABLES = """
 CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
 CREATE TABLE results (
@@ -26,23 +26,23 @@ _Shape = tuple[tuple[str, ...], ...]
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """Create the tables in an empty file, within a transaction."""
+    """Create the tables in an empty file. Must be called within a transaction."""
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
 
 
-def shape_of(connection: sqlite3.Connection) -> _Shape:
-    """Return the definitions of all tables in a file."""
+def table_definitions(connection: sqlite3.Connection) -> _Shape:
+    """Return the SQL definitions of all tables, indices, views and triggers in a file."""
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
 
 
 @cache
-def shape_of_ours() -> _Shape:
-    """Return the definitions of the tables that a manifest must have.
+def expected_definitions() -> _Shape:
+    """Return the SQL definitions that a manifest must have.
 
     A file with any other table, column, view or trigger is refused, since it could be malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)
-        return shape_of(connection)
+        return table_definitions(connection)

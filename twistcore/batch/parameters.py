@@ -1,4 +1,4 @@
-"""Processing parameters: the options of `detect` and `refine`, identified by a hash."""
+"""Processing parameters of a batch, which are the options of `detect` and `refine`."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Parameters:
-    """Processing parameters. The same parameters, version and bytes always give the same result.
+    """The processing parameters of a batch.
+
+    With the same parameters and program version, a file always has the same result.
 
     Parameters
     ----------
+    method
+        Name of the detector.
     tau_deg
         τ for all chains in degrees, None for automatic.
     profile_rad
@@ -29,17 +33,20 @@ class Parameters:
     people
         Names of people whose chains are examined, empty for all.
     fps
-        Frame rate to use instead of the file's.
+        Frame rate to use instead of the file's, or None.
     rig
-        From :func:`twistcore.skeleton.rig.rig_to_json`, or None.
+        The user's changes to the chains, from :func:`twistcore.skeleton.rig.rig_to_json`, or None.
     joint_names
         The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`, or
         None.
     refine
-        True to write corrected clips. Intervals are corrected if their confidence is at least
-        min_confidence; open intervals are corrected only if include_open is True.
+        True to write corrected clips.
+    min_confidence
+        The lowest confidence of an interval that is corrected, or None for the default.
+    include_open
+        True to correct open intervals as well.
     detector_version
-        Version of a detector from a plug-in.
+        Version of a detector from a plug-in, or '' for a built-in detector.
     """
 
     method: str = DEFAULT_METHOD
@@ -65,7 +72,7 @@ class Parameters:
 
     @property
     def mark(self) -> str:
-        """Return the SHA-256 of the parameters and the version, to identify the results."""
+        """Return the SHA-256 of the parameters and the program version, as a key for results."""
         import hashlib  # slow to load; few commands need it
 
         text = json.dumps([__version__, self.to_json()], sort_keys=True)

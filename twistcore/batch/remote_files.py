@@ -1,4 +1,4 @@
-"""Read clips at URLs with fsspec, from object stores, web servers and other services."""
+"""Read and write files at URLs with fsspec: object stores, web servers and other services."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from twistcore.errors import TwistError
 
 
 def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
-    """Yield the files at or below a URL, as URL, relative name with '/', and size in bytes.
+    """Yield the URL, relative name (with '/') and size in bytes of each file at or below a URL.
 
     Set `may_be_none` to True if a URL without files is not an error. Raises TwistError if fsspec is
     not installed or the URL cannot be reached.
@@ -27,12 +27,12 @@ def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, s
     except FileNotFoundError as error:
         if not may_be_none:
             raise _refused(url, error) from None
-    except Exception as error:  # every service raises its own kinds
+    except Exception as error:  # each service has its own exceptions
         raise _refused(url, error) from None
 
 
 def read_remote(url: str) -> bytes:
-    """Return the bytes of the file at a URL. Raises TwistError."""
+    """Return the bytes of the file at a URL. Raises TwistError if it cannot be read."""
     files, path = _opened(url)
     try:
         data: bytes = files.cat_file(path)
@@ -54,7 +54,7 @@ def write_remote(url: str, data: bytes) -> None:
 
 
 def _opened(url: str) -> tuple[Any, str]:
-    """Return an fsspec file system and the path within it."""
+    """Return the fsspec file system of a URL, and the path within it. Raises TwistError."""
     try:
         from fsspec.core import url_to_fs
     except ImportError:

@@ -1,6 +1,6 @@
-"""A batch folder at a URL. A run works in a local copy, which is uploaded at the end.
+"""Provide the folder in which a batch works: a local folder, a temporary one, or a copy of a URL.
 
-A run without a folder works in a temporary one.
+A copy is uploaded to its URL at the end.
 """
 
 from __future__ import annotations
@@ -29,13 +29,12 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relati
 
 @contextmanager
 def working_folder(output: str) -> Iterator[Path]:
-    """Yield a local folder or, for a URL, a copy of its contents that is uploaded at the end.
+    """Yield a local folder for a batch, which is uploaded at the end if `output` is a URL.
 
-    If `output` is '', the folder is temporary.
-
-    Changed files are uploaded, the manifest last, so that it never lists missing files. The results
-    of a killed run are uploaded by the next run on this machine. Raises TwistError if the URL
-    cannot be read or written.
+    If `output` is '', the folder is temporary. For a URL, the folder begins as a copy of the files
+    at the URL. Only changed files are uploaded, and the manifest last, so that it never lists
+    missing files. The results of a killed run are uploaded by the next run on this machine. Raises
+    TwistError if the URL cannot be read or written.
     """
     if not output:
         with TemporaryDirectory() as temporary:
@@ -48,7 +47,7 @@ def working_folder(output: str) -> Iterator[Path]:
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
     folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
-    if not is_held(folder / LOCK):  # if locked, run_batch reports it
+    if not is_held(folder / LOCK):  # run_batch reports a lock
         _take_over(url, folder)
     try:
         yield folder
@@ -58,9 +57,9 @@ def working_folder(output: str) -> Iterator[Path]:
 
 
 def _take_over(url: str, folder: Path) -> None:
-    """Download the files at the URL if another machine has changed them since the last upload.
+    """Download the files at a URL if another machine has changed them since the last upload.
 
-    Raises TwistError if the local folder has changed since then, too.
+    Raises TwistError if the local folder has changed since the last upload, too.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:
@@ -80,7 +79,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, the manifest last. `there` maps names to URLs."""
+    """Download the files of a batch, the manifest last. `there` has the URLs, keyed by name."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name

@@ -1,4 +1,4 @@
-"""Write the results of a batch as JSON lines, Parquet, and a CSV table of clips."""
+"""Write the results of a batch as JSON lines, as Parquet, and as a CSV table of clips."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.how_bad import limbs_left_out, percent_affected
+from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.detection.kind import plural_name
@@ -20,7 +20,7 @@ _KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for 
 _VERDICTS = ("accepted", "rejected", "undecided")
 _ROWS = 50_000  # rows in a Parquet row group, a few MB
 
-# Columns of a clip in the CSV and in every row of the Parquet: name and type.
+# Name and type of the columns about a clip, in the CSV and in every row of the Parquet.
 CLIP_COLUMNS: Mapping[str, type] = {
     "clip": str,  # name in the batch
     "state": str,  # done, failed or waiting
@@ -37,8 +37,8 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "rms_deg": float,
     **dict.fromkeys(_VERDICTS, int),
     "reviewers": str,  # separated by '; '
-    "applied": int,  # intervals, with --refine
-    "left": int,  # intervals found again in the corrected clip
+    "applied": int,  # number of corrected intervals, with --refine
+    "left": int,  # number of intervals that are found in the corrected clip
     "corrected": str,  # path in the batch folder
     "format": str,
     "method": str,
@@ -47,9 +47,10 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "source": str,
 }
 
-# Columns of an interval in the Parquet: as in `detect --json`, null if the kind has no such value.
+# Name and type of the columns about an interval in the Parquet, as in `detect --json`. A value that
+# the kind of interval does not have is null.
 INTERVAL_COLUMNS: Mapping[str, type] = {
-    "interval": int,  # number in the clip, from 0; null in the row of a clip without intervals
+    "interval": int,  # index in the clip; null in the row of a clip without intervals
     "chain": str,
     "parent": str,
     "child": str,
@@ -84,13 +85,13 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
-        left = (*(result.get("uncorrected") or ()), *limbs_left_out(result))
+        left = (*(result.get("uncorrected") or ()), *unexamined_limb_sentences(result))
         row["reason"] = record.reason or result["unchecked"] or "; ".join(left)
     return row
 
 
 def clips_csv(records: Iterable[ClipRecord]) -> str:
-    """Return the clips as CSV with a header and one line per clip."""
+    """Return the clips as CSV with a header and one line for each clip."""
     return csv_text(CLIP_COLUMNS, map(clip_row, records))
 
 
@@ -100,9 +101,9 @@ def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def json_line(record: ClipRecord) -> str:
-    """Return a clip's result document as a line of JSON, with source, state, reason and decisions.
+    """Return a clip's result document, with the clip's state and decisions, as a line of JSON.
 
-    For a clip without a result, only schema, name and SHA-256 are added.
+    For a clip without a result, the document has the schema, the name and the SHA-256.
     """
     bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
     document = {
@@ -117,19 +118,17 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one JSON document per line for each clip, with only one in memory at a time.
-
-    Raises OSError.
-    """
+    """Write one line of JSON for each clip, with only one clip in memory. Raises OSError."""
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")
 
 
 def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
-    """Yield one row for each interval, repeating the clip's columns.
+    """Yield one row for each interval of a clip, with the clip's columns repeated.
 
-    A clip without intervals has one row with None in the interval columns, so no clip is lost.
+    A clip without intervals has one row with None in the interval columns, so that the clip is
+    listed.
     """
     result = record.result or {}
     of_clip = clip_row(record) | {"quality": json.dumps(result.get("quality", {}), sort_keys=True)}
@@ -143,9 +142,9 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
 
 
 def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write :func:`interval_rows` of all clips as Parquet in row groups. Raises OSError.
+    """Write the :func:`interval_rows` of all clips as Parquet.
 
-    Raises TwistError if pyarrow is not installed.
+    Raises TwistError if pyarrow is not installed, and OSError if the file cannot be written.
     """
     try:
         import pyarrow as pa  # an extra, and half a second
@@ -164,5 +163,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with bytes that are not UTF-8 replaced by escapes, as Parquet needs UTF-8."""
+    """Return the row with escapes instead of bytes that are not UTF-8, which Parquet requires."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

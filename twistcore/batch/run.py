@@ -1,4 +1,4 @@
-"""Run a batch: process all clips that have no result yet, and record each result immediately."""
+"""Run a batch: process all clips that have no result yet, and store each result immediately."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from typing import Protocol
 
 from twistcore.batch.clip_task import ClipTask, Outcome
 from twistcore.batch.corrected_files import FOLDER, is_intact, write_corrected
-from twistcore.batch.inputs import Source, renamed
-from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
+from twistcore.batch.inputs import Source, with_stored_names
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, timestamp
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run_plan import Plan, make_plan, shard_sources
 from twistcore.errors import TwistError
@@ -26,30 +26,30 @@ from twistcore.work.processes import reason
 
 LOCK = "manifest.lock"
 
-# Processor time; even the most restless motion takes only a few seconds a megabyte.
+# Processor time allowed for a clip. Even restless motion needs only a few seconds per megabyte.
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
-# Recording takes about 8 ms, for one clip or for many; a cluster may finish clips faster.
+# Storing results takes about 8 ms for any number of clips, so results are stored together.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # after so many clips in a row that could not be recorded, the disk is full
+_IN_VAIN = 20  # a run stops after so many clips in a row whose results could not be stored
 
 
 class CarryOut(Protocol):
-    """A function that runs tasks, either in local processes or on a cluster."""
+    """The type of a function that runs tasks, in local processes or on a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
         """Yield each task with its outcome or exception, in order of completion.
 
-        `seconds` is a function that returns the processor time allowed for a task. Raises
-        TwistError if no further task can be run.
+        `seconds` is a function that returns the processor time, in seconds, allowed for a task.
+        Raises TwistError if no further task can be run.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits for one clip.
+    """The time and memory allowed for each clip.
 
     Parameters
     ----------
@@ -73,14 +73,14 @@ class Limits:
 
 @dataclass
 class RunSummary:
-    """Summary of a run.
+    """The numbers of clips that a run has processed, and the failures.
 
     Parameters
     ----------
     done
         Number of clips processed in this run.
     known
-        Number of clips processed before.
+        Number of clips with a result from an earlier run.
     failed
         A sentence for each failed clip.
     unreadable
@@ -117,13 +117,32 @@ def run_batch(
 ) -> RunSummary:
     """Process the clips that have no result in the manifest of a batch folder.
 
-    The folder is created if needed. `part` is (index, count) of the shard to process. `begin` is
-    called with the plan and returns a function that is called for each finished clip. Raises
-    TwistError if another run writes into the folder, or if its manifest is damaged.
+    Parameters
+    ----------
+    folder
+        The batch folder, which is created if needed.
+    sources
+        The clips.
+    parameters
+        The processing parameters.
+    carry_out
+        A function that runs the tasks.
+    limits
+        The time and memory allowed for each clip.
+    part
+        The index (from 1) and the number of shards. Only this shard's clips are processed.
+    begin
+        A function that is called with the plan of the run. It returns a function that is called for
+        each finished clip.
+
+    Raises
+    ------
+    TwistError
+        If another run writes into the folder, or if its manifest is damaged.
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
-        named = renamed(sources, {row.source: row.name for row in rows.values()})
+        named = with_stored_names(sources, {row.source: row.name for row in rows.values()})
         mine = shard_sources(named, *part)
         plan = make_plan(manifest, mine, parameters, partial(is_intact, folder))
         with manifest.transaction():
@@ -141,7 +160,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress: for each clip, it writes the file and the manifest, then reports it."""
+    """A run in progress, which stores the result and the corrected file of each finished clip."""
 
     def __init__(
         self,
@@ -198,7 +217,7 @@ class _Run:
             outcome.signature,
             outcome.seconds,
             outcome.peak_bytes,
-            now(),
+            timestamp(),
         )
         known = self.rows.get(source.path)
         if outcome.corrected is not None:
@@ -213,7 +232,7 @@ class _Run:
         self.pending.append((source, row, outcome))
 
     def _note(self) -> None:
-        """Record all pending outcomes together or, if that fails, one by one."""
+        """Store all pending outcomes in one transaction or, if that fails, one by one."""
         pending, self.pending = self.pending, []
         try:
             self._put(pending)
@@ -234,7 +253,7 @@ class _Run:
             self.tell(source, fine)
 
     def _note_one(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
-        """Record one outcome and return its row, marked as failed if it could not be recorded."""
+        """Store one outcome and return its row, marked as failed if it could not be stored."""
         source, row, _ = one
         try:
             self._put([one])
@@ -244,7 +263,7 @@ class _Run:
                 row,
                 f"{source.name}: the clip is done, but its result cannot be recorded: {error}",
             )
-            # Its row is already stored, so there may be room.
+            # The manifest already has a row for the clip, so this may work even on a full disk.
             with suppress(TwistError), self.manifest.transaction():
                 self.manifest.put_rows([row])
         else:
@@ -273,7 +292,7 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Lock the folder for this run, creating it if needed."""
+    """Lock the batch folder for this run, and create it if needed. Raises TwistError if locked."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in (LOCK, FOLDER):
         check_no_links(folder, folder / name)

@@ -1,4 +1,4 @@
-"""Plan a run: find the clips that are new, and the failed ones that are worth repeating."""
+"""Plan a run: find the clips that are new, and the failed clips that should be processed again."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from twistcore.batch.clip_task import has_companions
 from twistcore.batch.inputs import Source
-from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, timestamp
 from twistcore.batch.parameters import Parameters
 from twistcore.files.marks import sha256_of
 
@@ -20,14 +20,14 @@ class Plan:
 
     Attributes
     ----------
+    rows
+        The manifest's rows of all clips, keyed by source.
     todo
         Clips to process.
     known
-        Number of clips already finished.
+        Number of clips that have a result.
     failed
         Rows of clips that failed permanently.
-    rows
-        Rows of all clips in the manifest.
     notes
         Rows to store before the run.
     """
@@ -45,13 +45,23 @@ def make_plan(
     parameters: Parameters,
     intact: Callable[[ManifestRow], bool],
 ) -> Plan:
-    """Find the clips that must be processed.
+    """Return a plan with the clips that must be processed.
 
-    Each clip is recognised by its signature or, if this is unknown, by the hash of its bytes. A
-    clip is new if its bytes, the version or the parameters have changed. A new name for the same
-    bytes does not make it new. A failure caused by the clip itself is permanent; a clip that failed
-    for lack of time, memory or disk space is processed again. `intact` is a function that returns
-    True if the corrected file of a clip is unchanged.
+    A clip is recognised by its signature or, if the signature is unknown, by the hash of its bytes.
+    It must be processed if its bytes, the program version or the parameters have changed, but not
+    if only its name has changed. A failure caused by the clip itself is permanent. A clip that
+    failed for lack of time, memory or disk space is processed again.
+
+    Parameters
+    ----------
+    manifest
+        The manifest of the batch folder.
+    sources
+        The clips.
+    parameters
+        The processing parameters.
+    intact
+        A function that returns True if the corrected file of a row is unchanged.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
@@ -75,13 +85,13 @@ def make_plan(
         plan.known += found.state == DONE
         if found != row:
             plan.notes.append(found)
-    # The largest first: a long clip started last would leave all other cores idle.
+    # Start with the largest clips, since a long clip at the end would leave other cores idle.
     plan.todo.sort(key=lambda source: (-source.size, source.name))
     return plan
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of shard `index` (from 1) of `count`, chosen only by their names."""
+    """Return the clips of shard `index` (from 1) of `count`, chosen by the hash of their names."""
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -90,7 +100,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row with the file's new signature, or None if the file's bytes have changed."""
+    """Return the row, with the file's new signature, if the file's bytes are unchanged, or None."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -103,7 +113,10 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row, marked as done, if a file with the same bytes has a result, or None."""
+    """Return the row, marked as done, if another file with the same bytes has a result, or None.
+
+    `mark` identifies the parameters. `sizes` are the sizes of all files with a result.
+    """
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)
@@ -111,7 +124,7 @@ def _of_other_name(
         return None
     signature = source.signature if source.settled else ""
     new = ManifestRow(row.source, row.name, DONE, mark=mark, sha256=sha256, bytes=source.size)
-    return replace(new, signature=signature, finished_at=now())
+    return replace(new, signature=signature, finished_at=timestamp())
 
 
 def _sha256(source: Source) -> str:

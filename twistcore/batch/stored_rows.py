@@ -1,6 +1,6 @@
 """Check the values in the rows of a manifest, since the file may come from an untrusted source.
 
-Every function raises FormatError.
+Every function raises FormatError if a value is wrong.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _Check = Callable[[Any, str], Any]
 
 
 def _source(value: Any, what: str) -> str:
-    """Return the value if it is an absolute path or a URL that has a file name."""
+    """Return the value, which must be a URL or a path with a file name."""
     if "://" not in path_text(value, what) and not Path(value).name:
         raise unexpected("a clip's path", what, value)
     return str(value)
 
 
 def _name(value: Any, what: str) -> str:
-    """Return the value if it is a relative path that stays inside the folder."""
+    """Return the value, which must be a relative path that stays inside the folder."""
     path = PurePosixPath(path_text(value, what))
     if not path.name or path.is_absolute() or ".." in path.parts:
         raise unexpected("a path below a folder", what, value)
@@ -66,7 +66,7 @@ def _long(value: Any, what: str) -> int:
     return whole(value, what, 0, 2**63)
 
 
-# Checks of the columns of a clip, as SQLite returns them.
+# The check for each column of a clip. All other columns are text.
 COLUMNS: Mapping[str, _Check] = {
     "source": _source,
     "name": _name,
@@ -80,14 +80,14 @@ COLUMNS: Mapping[str, _Check] = {
 }
 
 
-def column(name: str, value: Any) -> Any:
-    """Check and return the value of a column. Columns not in COLUMNS are text."""
+def checked_column(name: str, value: Any) -> Any:
+    """Return the value of a column after checking it."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
-def result_of(document: str) -> dict[str, Any]:
-    """Parse and check a result: a 'twistcore.batch_clip/1' document without the clip's data."""
+def checked_result(document: str) -> dict[str, Any]:
+    """Parse and check a result, a document 'twistcore.batch_clip/1' without the clip's name."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
@@ -135,7 +135,7 @@ def _quality(value: Any, what: str) -> None:
 
 
 def _limbs(value: Any, what: str) -> None:
-    """Check the limbs that were not examined, each with the reason."""
+    """Check a list of limbs that were not examined, each with the reason."""
     for entry in items(value, what):
         has(entry, "limb", "why", what="a limb")
         for key in ("limb", "why", "side", "person"):
@@ -149,7 +149,7 @@ _RESULT: Mapping[str, _Check] = {
     "degrees": _degrees,
     "tau_deg": _tau,
 }
-# Keys that some clips do not have, or that the first versions did not write.
+# Keys that some results do not have, partly because the first versions did not write them.
 _MORE: Mapping[str, _Check] = {
     "applied": whole,
     "left": _listed,
@@ -187,10 +187,10 @@ def _interval(entry: Any, last: int) -> None:
         number(entry["speed_deg_s"], "speed_deg_s")
 
 
-def parameters_of(document: str) -> dict[str, Any]:
-    """Parse and check processing parameters, as returned by :meth:`Parameters.to_json`.
+def checked_parameters(document: str) -> dict[str, Any]:
+    """Parse and check processing parameters, as written by :meth:`Parameters.to_json`.
 
-    Keys that this version does not use are ignored.
+    Unknown keys are ignored.
     """
     usual = Parameters().to_json()
     given = has(parsed_json(document), what="parameters")
@@ -216,7 +216,7 @@ def parameters_of(document: str) -> dict[str, Any]:
 _OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at"
 
 
-def decisions_of_clip(document: str) -> dict[str, Any]:
+def checked_decisions(document: str) -> dict[str, Any]:
     """Parse and check the progress of a review, as given to :meth:`Manifest.note_decisions`."""
     values = has(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):
@@ -226,4 +226,4 @@ def decisions_of_clip(document: str) -> dict[str, Any]:
         text(values.get(key, ""), key)
     if values.get("session"):
         path_text(values["session"], "session")
-    return {key: values[key] for key in _OF_DECISIONS if key in values}  # these are stored again
+    return {key: values[key] for key in _OF_DECISIONS if key in values}

@@ -1,4 +1,4 @@
-"""The `twistcore` command: its arguments, and a module for each group of subcommands."""
+"""The `twistcore` command, with one module for each group of subcommands."""
 
 from twistcore.cli.command_line import main
 

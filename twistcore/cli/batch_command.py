@@ -1,4 +1,4 @@
-"""`twistcore batch`: process many clips and write the results into a folder."""
+"""Run `twistcore batch`, which processes many clips and writes the results into a folder."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.clip_task import ClipTask, Outcome, process
+from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.batch.inputs import Inputs, find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
@@ -29,7 +29,7 @@ _MIB = 1 << 20
 
 
 def batch_command(arguments: argparse.Namespace) -> int:
-    """Process clips, write the result files, check the rules, and return the exit code."""
+    """Process the clips, write the result files, check the rules, and return the exit code."""
     if not arguments.output:
         useful = arguments.fail_if or any(getattr(arguments, name) for name in _FILES)
         if arguments.refine or arguments.report or not useful:
@@ -48,16 +48,20 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def own_folder_of(arguments: argparse.Namespace) -> Path | None:
-    """Return the folder of the results, which is no input, or None if there is no local one."""
+    """Return the folder for the results, or None if it is temporary or at a URL.
+
+    Clips in this folder are not processed.
+    """
     output = arguments.output
     return None if not output or "://" in output else Path(output)
 
 
 def prepared_batch(arguments: argparse.Namespace) -> Callable[..., tuple[int, bool]]:
-    """Check the rules and options, and return a function that processes clips with them.
+    """Check the options and rules, and return a function that processes clips with them.
 
-    The function takes `Inputs`. It returns the exit code, and True if it ended early. With
-    `all_pages=False`, a report keeps the pages of clips that were not processed.
+    The returned function takes :class:`Inputs`, and returns the exit code and whether the run ended
+    early. With ``all_pages=False``, the report keeps the pages of clips that this run does not
+    process.
     """
     return partial(_processed, arguments, _rules(arguments), _parameters(arguments))
 
@@ -108,7 +112,7 @@ def _processed(
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """Print the intervals that no run could correct. Return True if there are any."""
+    """Print the intervals that could not be corrected. Return True if there are any."""
     any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
@@ -120,9 +124,9 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
 
 
 def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
-    """Print the numbers of clips that were not examined, only examined in part, or lack frames.
+    """Print how many clips could not be examined, were examined only in part, or lack frames.
 
-    Returns True if nothing could be examined in some clip.
+    Returns True if a clip could not be examined at all.
     """
     with Manifest.open(folder) as manifest:
         found = [one for one in manifest.glances() if one.source in sources]
@@ -151,12 +155,14 @@ def _written(
     rules: Sequence[Any],
     pages: Collection[str] | None,
 ) -> bool:
-    """Write the result files and the report, and print broken rules. Return True if any is
-    broken. `pages` are the clips whose pages are out of date, None for all.
+    """Write the result files and the report, and print broken rules.
+
+    `pages` has the names of the clips whose pages must be written again, None for all. Returns True
+    if a rule is broken or the report has problems.
     """
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
-        from twistcore.batch.gates import broken as broken_of
+        from twistcore.batch.gates import broken_rules as broken_of
 
         with Manifest.open(folder) as manifest:
 
@@ -178,7 +184,7 @@ def _reported(
     broken: Sequence[Any],
     pages: Collection[str] | None,
 ) -> bool:
-    """Write the report on the whole folder. Return True if there were problems."""
+    """Write the report on the whole folder. Return True if there are problems."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     more = {"broken": broken, "counter": counter, "changed": pages}
@@ -221,10 +227,10 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the processing parameters.
+    """Return the processing parameters that the options specify.
 
-    They include the contents of files such as the profile, because other machines may not have
-    them.
+    The parameters contain the contents of files such as the profile, because other machines may not
+    have these files.
     """
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
@@ -278,7 +284,7 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 @contextmanager
 def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
-    """Yield the function that runs tasks in processes on this machine or on a cluster."""
+    """Yield a function that runs tasks, in processes on this machine or on a cluster."""
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return
@@ -291,4 +297,4 @@ def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
 def _in_processes(
     tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float], *, workers: int
 ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-    return each(process, tasks, workers, apart=True, seconds=seconds)
+    return each(run_task, tasks, workers, apart=True, seconds=seconds)

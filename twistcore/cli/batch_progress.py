@@ -1,4 +1,4 @@
-"""Show the progress of a batch, with rate and time left, as a bar on a terminal or as lines."""
+"""Show the progress of a batch with its rate and remaining time, as a bar or as lines."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
 from twistcore.cli.output import count_of, is_quiet, progress
 
-_EVERY_S = 10.0  # seconds between lines, in addition to a line after each 5 % of the clips
+_EVERY_S = 10.0  # longest time between two lines; a line is also printed after each 5 % of clips
 
 
 class Progress:
-    """Progress through the clips of a plan. The time left is estimated from their bytes."""
+    """The progress of a run. The remaining time is estimated from the sizes of the clips."""
 
     def __init__(self, plan: Plan) -> None:
         self.total, self.done, self.failed = len(plan.todo), 0, 0
@@ -52,12 +52,12 @@ class Progress:
             )
 
     def left(self) -> str:
-        """Return the time left at the present rate, such as '0:12:07'."""
+        """Return the estimated remaining time, such as '0:12:07'."""
         passed = time.monotonic() - self.begin
         seconds = round(passed / self.bytes_done * (self.bytes - self.bytes_done))
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
 def begin(plan: Plan) -> Callable[[Source, bool], None]:
-    """Show the progress of a plan, and return the function to call for each finished clip."""
+    """Start to show the progress of a plan. Returns a function to call for each finished clip."""
     return Progress(plan).tell

@@ -1,4 +1,4 @@
-"""`twistcore benchmark`: compare detectors and other methods on a folder of clips."""
+"""Run `twistcore benchmark`, which compares detectors and other methods on a folder of clips."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def benchmark_command(arguments: argparse.Namespace) -> int:
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettings) -> Path:
-    """Return the path for partial results, next to the JSON file or in the user's cache."""
+    """Return the path for the results of an unfinished run, next to the JSON file or in a cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
@@ -73,22 +73,22 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols without repetitions, with 'P0' instead of 'P0-all'.
+    """Return the names of the protocols without repetitions. 'P0-all' is another name of 'P0'.
 
-    Raises TwistError if there is no such protocol.
+    Raises TwistError for an unknown protocol.
     """
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
 
 
 def _named(arguments: argparse.Namespace) -> list[str]:
-    """Return the names given with --methods, by default all, and the detector of --detector."""
+    """Return the methods named by --methods ('all' by default) and the detector of --detector."""
     named = list(arguments.methods or ["all"])
     return [*named, arguments.method] if arguments.detector else named
 
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the methods in the order of the table.
+    """Return the chosen methods in the order of the table. Raises TwistError for an unknown name.
 
     `names` may contain 'all', 'detectors' and 'baselines' for groups of methods.
     """

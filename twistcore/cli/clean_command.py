@@ -1,4 +1,4 @@
-"""`twistcore clean`: rewrite a clip in other angles, axes, units, names or rates."""
+"""Run `twistcore clean`, which rewrites a clip in other angles, axes, units, names or rates."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ from twistcore.skeleton.figure import up_letter
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 
-# What a step does to the file, and to the motion with which the written file is compared.
+# An option, a function that rewrites the clip, and a function that makes the same change in the
+# motion, which is then compared with the written file.
 Step: TypeAlias = tuple[str, Callable[[BvhClip], rewriting.Rewriting], Callable[[Motion], Motion]]
 
-OPTIONS = ("up", "scale", "channels", "order", "unroll", "fps", "rename")  # in the order of work
-LIMITS = 1e-4, 1e-4  # degrees and share of the height by which a written pose may differ
+OPTIONS = ("up", "scale", "channels", "order", "unroll", "fps", "rename")  # in order of execution
+LIMITS = 1e-4, 1e-4  # allowed differences of a written pose: degrees, share of the body height
 Z_TO_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
 def clean_command(arguments: argparse.Namespace) -> int:
-    """Write the clip, read it again, print what differs, and return the exit code."""
+    """Rewrite the clip, read the new file, print the differences, and return the exit code."""
     output, name = arguments.output, clip_name(arguments.clip)
     if not any(getattr(arguments, option) for option in OPTIONS):
         raise TwistError(f"expected an option: {', '.join(f'--{word}' for word in OPTIONS)}")
@@ -94,14 +95,14 @@ def clean_command(arguments: argparse.Namespace) -> int:
 
 
 def _as_bvh(source: Clip) -> BvhClip:
-    """Return a clip, or a new BVH with the motion of a clip in another format."""
+    """Return the clip if it is a BVH, or a new BVH with the motion of the clip."""
     if isinstance(source, BvhClip):
         return source
     return parse_bvh(bvh_text(source.motion).encode("utf-8", "surrogateescape"), source.path)
 
 
 def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Iterator[Step]:
-    """Yield the chosen steps. Sentences about options without effect are added to `said`."""
+    """Yield the steps for the chosen options. Notes about options without effect go into `said`."""
     for option, matrix in _axes(arguments, clip.motion, said):
         yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
     if arguments.channels:
@@ -131,7 +132,7 @@ def _same(motion: Motion) -> Motion:
 def _axes(
     arguments: argparse.Namespace, motion: Motion, said: list[str]
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the matrices (3, 3) of `--up` and `--scale`. The figure may be upright already."""
+    """Yield an option and its matrix (3, 3) for each of `--up` and `--scale` that is needed."""
     if up := arguments.up:
         if up_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
@@ -142,7 +143,7 @@ def _axes(
 
 
 def _in_axes(motion: Motion, matrix: Array) -> Motion:
-    """Return a motion in axes and units that a matrix (3, 3) converts to: a scaled rotation."""
+    """Return the motion in other axes and units. `matrix` (3, 3) is a rotation times a scale."""
     rotations = motion.rotations.copy()
     rotations[..., 1:] @= matrix.T / np.cbrt(np.linalg.det(matrix))
     skeleton = replace(motion.skeleton, offsets=motion.skeleton.offsets @ matrix.T)
@@ -156,7 +157,7 @@ def _with_names(motion: Motion, names: Mapping[str, str]) -> Motion:
 
 
 def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]:
-    """Return the new names of the clip's joints from the map or the naming of `--rename`."""
+    """Return the new names of joints, keyed by old name, as specified by `--rename`."""
     if chosen in NAMINGS:
         return names_of_naming(clip.motion, chosen)
     names = read_joint_map(Path(chosen))
@@ -175,7 +176,7 @@ def _print(
     renamed: Mapping[str, str],
     found: Deviation,
 ) -> None:
-    """Print a row for each changed joint, a summary, and the differences that were measured."""
+    """Print a row for each changed joint, a summary, and the differences from the source."""
     rows = []
     for option, change in changes:
         new = f" → {renamed[change.joint]}" if option == "rename" else ""
@@ -199,7 +200,7 @@ def _print(
 
 
 def _too_far(output: Path, found: Deviation) -> list[str]:
-    """Return a sentence if the written poses differ by more than the limits."""
+    """Return a list with a sentence if the written poses differ by more than the limits."""
     degrees, of_height = LIMITS
     if found.degrees <= degrees and found.of_height <= of_height:
         return []

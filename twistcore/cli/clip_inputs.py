@@ -1,4 +1,4 @@
-"""Read and analyse the clips with the chains and the detector that the arguments choose."""
+"""Read the clips of a command, and analyse them with the chosen chains and detector."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 
 Found = TypeVar("Found")
 
-_NOTES = 5  # printed for one clip; `info` lists all
+_NOTES = 5  # largest number of notes printed for one clip; `info` lists all notes
 
 
 def clip_name(path: Path) -> str:
-    """Return the name of a clip for messages, as the user gave it."""
+    """Return the name of a clip for messages: its path, or '-' for standard input."""
     return "-" if path == STANDARD_INPUT else str(path)
 
 
@@ -46,9 +46,9 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
 
 
 def clip_notes(name: object, clip: Clip) -> list[str]:
-    """Return sentences about the assumptions made when reading a clip.
+    """Return sentences about the assumptions that were made when a clip was read.
 
-    If there are many, only the first ones and the total number are returned.
+    If there are many, only the first ones and the number of the others are returned.
     """
     shown = clip.warnings if len(clip.warnings) <= _NOTES else clip.warnings[: _NOTES - 1]
     sentences = [f"{name}: note: {warning}" for warning in shown]
@@ -58,7 +58,7 @@ def clip_notes(name: object, clip: Clip) -> list[str]:
 
 
 def tell_clip(name: object, clip: Clip) -> None:
-    """Print the notes about a clip on standard error."""
+    """Print the notes about a clip."""
     for sentence in clip_notes(name, clip):
         note(sentence)
 
@@ -66,9 +66,9 @@ def tell_clip(name: object, clip: Clip) -> None:
 def run_on_clips(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """Return the results of `work` for every clip, and the names and errors of failed clips.
+    """Return the results of `work` for all clips, and the names and errors of failed clips.
 
-    If there is only one clip, its error is raised. Raises TwistError if standard input is given
+    The error of a single clip is raised instead. Raises TwistError if standard input is given
     twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
@@ -87,12 +87,12 @@ def run_on_clips(
 
 
 def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
-    """Return the failed clips as data for the JSON documents."""
+    """Return the failed clips as JSON data. `failed` has pairs of name and reason."""
     return [{"clip": name, "reason": why} for name, why in failed]
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """Analyse a clip with the chains chosen by --rig, --person and --chain."""
+    """Analyse a clip with the chains chosen by --rig, --joint-names, --person and --chain."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
@@ -103,7 +103,7 @@ def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
 
 
 def reference_notes(arguments: argparse.Namespace, analysis: ClipAnalysis) -> tuple[Note, ...]:
-    """Return the notes from comparing a clip with the take given by --reference, if any."""
+    """Return notes about differences between a clip and the take given by --reference, if any."""
     path = arguments.reference
     return analysis.compared_with(_reference(path), path.name) if path else ()
 
@@ -114,23 +114,26 @@ def _reference(path: Path) -> Motion:
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """Return the rig given by --rig, or a rig with the chains found in the clip."""
+    """Return the rig given by --rig, or a rig without changes to the chains found in the clip."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 
 def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
-    """Return the contents of the file given by --joint-names, or None if there is none."""
+    """Return the contents of the file given by --joint-names, or None without this option."""
     return read_words(arguments.joint_names) if arguments.joint_names else None
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """Detect intervals in a clip with the chosen options. --profile has priority over --tau."""
+    """Analyse a clip and detect intervals with the chosen options."""
     with step(f"  {clip.path}: analysed and searched"):
         return searched(arguments, analysed(arguments, clip))
 
 
 def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
-    """Detect intervals in an analysed clip with the chosen options."""
+    """Detect intervals in an analysed clip with the chosen options.
+
+    The profile of --profile has priority over --tau.
+    """
     method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:

@@ -1,4 +1,4 @@
-"""Run the `twistcore` command. Exit codes: 0 for done, 1 for partly done, 2 for refused."""
+"""Run the `twistcore` command. The exit codes are 0 (done), 1 (partly done) and 2 (refused)."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command and return its exit code. Errors are printed in one line without traceback.
+    """Run a command and return its exit code. An error is printed in one line without a traceback.
 
     `argv` are the arguments. By default, the arguments of this process are used, and the process is
     assumed to end after the command.
     """
     if argv is not None:
         return _main(argv)
-    gc.disable()  # there is hardly any garbage while modules load; `deferred` enables it
+    gc.disable()  # loading modules produces hardly any garbage; `deferred` enables collection
     try:
         return _main(sys.argv[1:])
     finally:
-        gc.freeze()  # the ending interpreter need not search memory that is freed anyway
+        gc.freeze()  # saves a last collection, since the process is about to end
 
 
 def _main(argv: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without θ or → must not be an error
+            stream.reconfigure(errors="replace")  # a terminal may lack characters such as θ or →
     arguments = make_parser(argv).parse_args(argv)
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
         with _ended_by_signals(), speaking(voice), step(arguments.command), _detector(arguments):
             code = _run(arguments)
-        sys.stdout.flush()  # report a closed pipe here, not when the interpreter ends
+        sys.stdout.flush()  # so that a closed pipe is reported here
     except TwistError as error:
         problem(" ".join(str(error).splitlines()))
         return 2
@@ -74,7 +74,7 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 class _EndedError(KeyboardInterrupt):
-    """Raised when a signal ends the program, such as when its terminal is closed."""
+    """Raised when a signal ends the program, for example because its terminal was closed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -83,9 +83,9 @@ class _EndedError(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Raise _EndedError on SIGTERM and SIGHUP, unless handled, so that files are cleaned up.
+    """Raise _EndedError on SIGTERM and SIGHUP, so that files are cleaned up.
 
-    A second signal ends the process immediately.
+    A signal that already has a handler is left alone. A second signal ends the process immediately.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -107,7 +107,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Run the command. If it writes a file to standard output, print messages on standard error."""
+    """Run the command. If its file goes to standard output, print messages on standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:

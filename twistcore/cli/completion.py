@@ -1,4 +1,4 @@
-"""`twistcore completion`: print a shell script that completes commands, options and files.
+"""Run `twistcore completion`, which prints a shell script that completes commands and options.
 
 shtab creates the script from the parser, so the shell need not start Python when Tab is pressed.
 """
@@ -21,7 +21,7 @@ _FILES = (
 
 
 def completion_command(arguments: argparse.Namespace) -> int:
-    """Print the script and return the exit code."""
+    """Print the script and return the exit code. Raises TwistError if shtab is not installed."""
     try:
         import shtab
     except ImportError:

@@ -1,4 +1,4 @@
-"""`twistcore convert`: convert an FBX, glTF or Blender scene to a BVH with Blender."""
+"""Run `twistcore convert`, which converts an FBX, glTF or Blender scene to BVH with Blender."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.files.atomic import is_stream
 
 
 def add_convert(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments to a parser."""
+    """Add the arguments of `twistcore convert` to a parser."""
     parser.add_argument("scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file")
     parser.add_argument(
         "-o",

@@ -1,4 +1,4 @@
-"""`twistcore refine | apply`: write corrected clips."""
+"""Run `twistcore refine` and `twistcore apply`, which write corrected clips."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.cli.interval_words import (
     note_sentences,
     uncorrectable_counts,
     unexamined_to_json,
-    without_limbs,
+    unexamined_words,
 )
 from twistcore.cli.output import (
     count_of,
@@ -39,9 +39,9 @@ from twistcore.export.replay import (
     Replay,
     accepted_motion,
     correctable,
-    left_to_later_versions,
     replayed,
     uncorrected_sentences,
+    unknown_kind_sentences,
 )
 from twistcore.files.atomic import is_stream
 from twistcore.files.ordinary import is_there
@@ -54,7 +54,7 @@ from twistcore.review.model import SEEN
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
-    """Write a corrected clip and, if requested, a report and a session; return the exit code."""
+    """Write a corrected clip and, if requested, a report and a session. Return the exit code."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
@@ -100,7 +100,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     count = counted_words(done, found, "corrected")
     count += _left(name, len(applied), found)
     if not found.not_examined:
-        remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
+        remark(f"{arguments.output}: {count}{unexamined_words(found.analysis.unexamined)}")
     if arguments.session:
         session = f"session with {count_of(len(review.state.intervals), 'interval')}"
         remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
@@ -113,7 +113,10 @@ def refine_command(arguments: argparse.Namespace) -> int:
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Apply a session or all sessions of a folder, with the same result as the window's export."""
+    """Apply a session, or all sessions in a folder, and return the exit code.
+
+    The window's export writes the same clips.
+    """
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -130,9 +133,9 @@ def apply_command(arguments: argparse.Namespace) -> int:
     count = counted_words(done, [j.interval for j in judged], "applied")
     seen = uncorrectable_counts([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
-        remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
+        remark(f"{arguments.output}: {count}{seen}{unexamined_words(analysis.unexamined)}")
     problems, beside = uncorrected_sentences(clip, chains, chosen)
-    problems += left_to_later_versions(clip, session.state)
+    problems += unknown_kind_sentences(clip, session.state)
     problems += blind
     notes += beside
     if arguments.json:
@@ -158,7 +161,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Print problems and notes; return 1 if there are any problems."""
+    """Print problems and notes. Return 1 if there are problems, or 0."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:
@@ -200,7 +203,7 @@ def _refined_to_json(
 
 
 def _place(interval: Interval) -> tuple[str, str, int, int]:
-    """Return the values that identify an interval of a clip, even after a review."""
+    """Return a key that identifies an interval of a clip, even after a review."""
     return interval.chain, interval.kind.value, interval.start, interval.stop
 
 

@@ -1,4 +1,4 @@
-"""Protect sessions with a reviewer's decisions from being replaced."""
+"""Protect sessions that contain a reviewer's decisions from being replaced."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.review.model import APPLIED, Judged
 
 
 def refuse_decided(path: Path) -> None:
-    """Raise TwistError if the file at `path` is a session with decisions, or not a session."""
+    """Raise TwistError if an existing file is a session with decisions, or not a session."""
     if is_stream(path) or not is_there(path):
         return
     state = read_session(path).state
@@ -25,6 +25,6 @@ def refuse_decided(path: Path) -> None:
 
 
 def _is_of_a_person(judged: Judged) -> bool:
-    """Return True if a person decided on an interval, changed it or wrote a note."""
+    """Return True if a person has decided on an interval, changed it or written a note."""
     made = judged.by_hand or judged.edited or bool(judged.note or judged.reason)
     return made or judged.verdict not in (APPLIED, Decision.UNDECIDED.value)

@@ -1,4 +1,4 @@
-"""`twistcore info | detect`: print the contents of clips, or their intervals with errors."""
+"""Run `twistcore info` and `twistcore detect`, which print the properties and errors of clips."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from twistcore.cli.interval_words import (
     not_examined,
     note_sentences,
     unexamined_to_json,
-    without_limbs,
+    unexamined_words,
 )
 from twistcore.cli.joint_table import names_to_json, say_names
 from twistcore.cli.output import (
@@ -52,13 +52,16 @@ from twistcore.work.frozen import dataclass
 
 Document = dict[str, Any]
 
-_NAME = 20  # minimum width of the column of chains
-_LABEL = 16  # minimum width of the column of labels
+_NAME = 20  # minimum width of the column with chains
+_LABEL = 16  # minimum width of the column with labels
 _LISTED = 4  # maximum number of joints of a body part that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print all information about one clip, or one row for each of several clips."""
+    """Print all information about one clip, or a table with a row for each of several clips.
+
+    Returns the exit code.
+    """
     found, failed = run_on_clips(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -75,7 +78,7 @@ def info_command(arguments: argparse.Namespace) -> int:
 def _together(
     schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
 ) -> Document:
-    """Combine the documents of several clips, and the failed clips, into one document."""
+    """Combine the documents of several clips, and the failed clips, in one document."""
     return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
 
 
@@ -85,8 +88,10 @@ class _Info:
 
     Attributes
     ----------
+    document
+        The information as a JSON document.
     partly
-        Limbs in which a flip can be corrected only if it also turned the limb's end.
+        Names of limbs in which a flip can be corrected only if it also rotated the limb's end.
     notes
         Sentences for the text output.
     not_examined
@@ -179,12 +184,12 @@ def _say_info(info: _Info) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """List the names as text, or the first ones and the total number if there are many."""
+    """Return the names as text, or the first name and the total number if there are many."""
     return ", ".join(names) if len(names) <= _LISTED else f"{names[0]} … ({len(names)} joints)"
 
 
 def _say_rows(documents: Sequence[Document]) -> None:
-    """Print one row for each clip. The name comes last because it may be long."""
+    """Print one row for each clip. The name is in the last column because it may be long."""
     say(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
         f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
@@ -203,7 +208,7 @@ def _say_rows(documents: Sequence[Document]) -> None:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
-    """Return a chain or limb as JSON data. The last joint is the grandchild, or a limb's end."""
+    """Return a chain or limb as JSON data, including the joints that cannot be corrected."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
         "limb" if limb else "chain": chain.name,
@@ -219,7 +224,7 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
 
 
 def detect_command(arguments: argparse.Namespace) -> int:
-    """Print the intervals of clips and return the exit code."""
+    """Print the intervals of the clips and return the exit code."""
     several = len(arguments.clips) > 1
     found, failed = run_on_clips(arguments.clips, partial(_detect_in, arguments, several=several))
     counted, total = sum(count for count, *_ in found), sum(every for _, every, *_ in found)
@@ -239,11 +244,18 @@ def detect_command(arguments: argparse.Namespace) -> int:
 def _detect_in(
     arguments: argparse.Namespace, path: Path, *, several: bool
 ) -> tuple[int, int, int, Document]:
-    """Print the intervals of a clip, or return them in a document.
+    """Print the intervals of a clip, or return them in a document with --json.
 
-    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
-    examined (or 0), and the document. Capture faults are counted for `--fail-over` only if
-    `--kinds` includes them.
+    Returns
+    -------
+    counted
+        Number of intervals for `--fail-over`. Capture faults count only if `--kinds` includes them.
+    total
+        Number of all intervals.
+    blind
+        1 if nothing could be examined, or 0.
+    document
+        The JSON document, empty without --json.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -307,12 +319,12 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
         where = count_of(len(found.limbs), "limb")
     if broad:
         where += f" of {count_of(len({*people.values()}), 'person', 'people')}"
-    left_out = without_limbs(found.analysis.unexamined)
+    left_out = unexamined_words(found.analysis.unexamined)
     say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}{left_out}")
 
 
 def _kind(interval: Interval) -> str:
-    """Return the name of an interval's kind, or '' for a counter-twist."""
+    """Return the kind of an interval with details, or '' for a counter-twist."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
     evidence = interval.evidence or {}
@@ -360,7 +372,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 
 def _explain_peaks(found: Detection) -> None:
-    """Print the peaks above τ outside all intervals, by chain, with the reasons."""
+    """Print the peaks above τ that are outside all intervals, with reasons, for each chain."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
@@ -384,7 +396,7 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return lines of text for evidence: one for all numbers and words, and one per list item."""
+    """Return evidence as lines of text: one for plain values, and one for each item of a list."""
     parts, below = [], []
     for key, value in evidence.items():
         words = key.removesuffix("_deg").replace("_", " ")

@@ -1,4 +1,4 @@
-"""`twistcore diff`: compare two clips, two folders of clips, two sessions or two reports."""
+"""Run `twistcore diff`, which compares two clips, folders of clips, sessions or reports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from twistcore.report.report_difference import is_report, report_difference
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
-    """Print the differences between two clips, folders of clips, sessions or reports."""
+    """Print the differences and return the exit code.
+
+    Raises TwistError if the two arguments are of different types.
+    """
     documents = [path for path in (arguments.a, arguments.b) if _is_document(path)]
     reports = any(map(is_report, documents))
     if len(documents) == 1 and not reports:
@@ -32,7 +35,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
 
 
 def _is_document(path: Path) -> bool:
-    return ".json" in path.suffixes and not path.is_dir()  # also NAME.twist.json.earlier
+    return ".json" in path.suffixes and not path.is_dir()  # including NAME.twist.json.earlier
 
 
 def _diff_clips(arguments: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`twistcore diff` for two sessions: how far two reviewers agree, and the merged session."""
+"""Run `twistcore diff` on two sessions: print the reviewers' agreement and merge the sessions."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from twistcore.review.agreement import (
     check_same_clip,
     decided_by_person,
     merged_review,
-    paired,
+    pair_intervals,
     reviewers_of,
 )
 
 
 def diff_sessions(arguments: argparse.Namespace) -> int:
-    """Print how far two reviewers agree and where they differ, and merge their sessions."""
+    """Print where two reviewers agree and differ, and merge their sessions on request."""
     a, b = read_session(arguments.a), read_session(arguments.b)
     try:
         check_same_clip(a.sha256, b.sha256)
-        found = Agreement(paired(a.state.intervals, b.state.intervals))
+        found = Agreement(pair_intervals(a.state.intervals, b.state.intervals))
         if arguments.merge:
             refuse_overwrite([arguments.merge], [arguments.a, arguments.b])
             refuse_decided(arguments.merge)
@@ -56,13 +56,13 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
 
 
 def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -> None:
-    """Write a session with the agreed decisions. `path` is the file of session `a`."""
+    """Write a session with the agreed decisions to `output`. `path` is the file of session `a`."""
     places = Path(a.clip), path.parent / Path(a.clip).name
     if (clip_path := found_file(places, a.sha256)) is None:
         raise TwistError(f"{path}: the clip of this session was not found; put it next to it")
     clip = read_clip(clip_path, fps=a.fps)
     for session in (a, b):
-        chains_of(session, clip)  # a damaged session must not damage the merged one
+        chains_of(session, clip)  # raises an error if the session is damaged
     write_session(clip, merged_review(found, a.state), output)
     if a.state.tracking != b.state.tracking:
         note(f"{output}: note: the sessions differ in tracking; the tracking of {path} was kept")

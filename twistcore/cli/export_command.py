@@ -1,4 +1,4 @@
-"""`twistcore export`: write accepted corrections as a script for Blender, Maya or MotionBuilder."""
+"""Run `twistcore export`, which writes accepted corrections as a script for a 3D program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PROGRAMS = {"blender": "Blender", "maya": "Maya", "motionbuilder": "MotionBuild
 
 
 def export_command(arguments: argparse.Namespace) -> int:
-    """Write the script and return the exit code."""
+    """Write the script and return the exit code, 1 if it leaves out a tracked position."""
     session = read_session(arguments.session)
     clip = read_clip(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])

@@ -1,4 +1,4 @@
-"""Apply sessions and compare clips in folders: `twistcore apply | diff`."""
+"""Run `twistcore apply` and `twistcore diff` on folders."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def diff_folders(arguments: argparse.Namespace) -> int:
         _tell_difference(found, arguments.a, arguments.b)
     return tell_problems(
         list(found.failed.values()), 1
-    )  # a comparison without any pair is a result, too
+    )  # 1, because folders without a common clip are no failure
 
 
 def _folders(*paths: Path) -> tuple[Path, ...]:

@@ -16,7 +16,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences about channels that turn by more than 180° in one frame, or their count."""
+    """Return sentences about channels that change by more than 180° in a frame, at most 11."""
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -24,7 +24,7 @@ def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
 
 
 def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
-    """Print notes about channels that turn by more than 180° in one frame."""
+    """Print notes about channels that change by more than 180° in a frame."""
     for sentence in jump_sentences(output, jumps):
         note(sentence)
 
@@ -32,25 +32,25 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
 def note_sentences(
     clip: object, analysis: ClipAnalysis | Detection, more: Iterable[Note] = ()
 ) -> list[str]:
-    """Return the notes about an analysis and the notes in `more`, each after the clip's name.
+    """Return the notes about an analysis and the notes in `more`, each with the clip's name.
 
-    A clip that could not be examined is a problem and not a note; see :func:`not_examined`.
+    If a clip could not be examined, this is a problem and not a note; see :func:`not_examined`.
     """
     notes = (*analysis.notes, *more)
     return [f"{clip}: note: {note}" for note in notes if note.kind != NOT_EXAMINED]
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """Return a tuple with a sentence if nothing in a clip could be examined, or an empty tuple."""
+    """Return a sentence, in a tuple, if nothing in a clip could be examined, or an empty tuple."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
 def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
-    """Return the limbs that were not examined as data for the JSON documents."""
+    """Return the limbs that were not examined as JSON data."""
     return [limb.to_json() for limb in analysis.unexamined]
 
 
-def without_limbs(unexamined: Sequence[Unexamined]) -> str:
+def unexamined_words(unexamined: Sequence[Unexamined]) -> str:
     """Return text such as '; left arm and right arm not examined', or '' if all were examined."""
     if not unexamined:
         return ""
@@ -69,8 +69,8 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
     """Return text such as '5 of 7 intervals corrected (5 limb flips)'.
 
-    The total is the number of twist errors in `every`, plus the other corrected intervals in
-    `applied`. `verb` is 'corrected' or 'applied'.
+    `applied` are the corrected intervals. The total is the number of twist errors in `every`, plus
+    the corrected intervals of other kinds. `verb` is 'corrected' or 'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
@@ -78,7 +78,7 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
 
 
 def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
-    """Return the counts of uncorrectable kinds, such as ', 6 lone jumps, 1 noise burst', or ''.
+    """Return text such as ', 6 lone jumps, 1 noise burst', or '' without uncorrectable intervals.
 
     `mark` is a word to add after each kind.
     """
@@ -87,7 +87,7 @@ def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds in their usual order: most common first, in general."""
+    """Return the kinds in the order in which they are listed."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

@@ -1,4 +1,4 @@
-"""Print the joints and the bones recognised from their names, for `twistcore info --names`."""
+"""Print how each joint was recognised, for `twistcore info --names`."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from twistcore.cli.output import say, terminal_text
 from twistcore.skeleton.body import Body
 from twistcore.skeleton.joint_names import JointName
 
-_WIDTH = 24  # minimum width of the column of joint names
+_WIDTH = 24  # minimum width of the column with joint names
 _UNKNOWN = "unknown"
 
 
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
-    """Return for each joint its side, the possible bones, the recognised bone and the reason.
+    """Return the recognised bone of each joint, its side, other possible bones, and the reason.
 
     `own` are the joints that the user has named in a file.
     """
@@ -45,7 +45,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _kind(name: JointName) -> str:
-    """Return the kind of joint that a name describes if it belongs to no limb."""
+    """Return the kind of joint that a name describes, for a joint outside all limbs."""
     if name.other:
         return "head, finger or prop"
     if name.helper:
@@ -56,6 +56,10 @@ def _kind(name: JointName) -> str:
 
 
 def _why(name: JointName, taken: str, *, shape: bool) -> str:
+    """Return a few words about the reason for which a joint was recognised.
+
+    `taken` is the recognised bone, or ''. `shape` is True if the joint was recognised by its shape.
+    """
     if name.word and (taken == "" or name.roles):
         return f"the word {name.word!r}"
     if taken:

@@ -26,10 +26,20 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """The verbosity: `quiet` prints only results and errors, `verbose` also times each step.
+    """The verbosity of the output.
 
-    `document` is True if a JSON document is printed instead of remarks on standard output.
-    Problems and notes in `known` are not printed again; `listed` collects all of them.
+    Parameters
+    ----------
+    quiet
+        True to print only results and errors.
+    verbose
+        True to print the duration of each step as well.
+    document
+        True if a JSON document is printed on standard output instead of remarks.
+    known
+        Problems and notes that are not printed again.
+    listed
+        All problems and notes so far.
     """
 
     quiet: bool = False
@@ -40,7 +50,7 @@ class Voice:
 
 
 _USUAL = Voice()
-_voices = [_USUAL]  # the last one is used; not per thread, since other threads report progress
+_voices = [_USUAL]  # the last one is used, by all threads, since other threads report progress
 
 
 @contextlib.contextmanager
@@ -63,40 +73,40 @@ def terminal_text(text: object) -> str:
     return legible(text)
 
 
-# -- a line each -----------------------------------------------------------------------------------
+# -- lines of text ---------------------------------------------------------------------------------
 
 
 def say(text: str = "", *, head: bool = False) -> None:
-    """Print a line of the result on standard output. `head` is True for a heading."""
+    """Print a line of the result on standard output. Set `head` to True for a heading."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
 def say_all(text: str) -> None:
-    """Print a result that has several lines."""
+    """Print a result of several lines on standard output."""
     for line in text.removesuffix("\n").split("\n"):
         say(line)
 
 
 def remark(text: str) -> None:
-    """Print on standard output what the command has done, unless --quiet is given."""
+    """Print what the command has done on standard output, unless --quiet or --json is given."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
 
 def progress(text: str) -> None:
-    """Print progress on standard error."""
+    """Print a line about progress on standard error, unless --quiet is given."""
     if not is_quiet():
         _line(text, sys.stderr)
 
 
 def note(text: object) -> None:
-    """Print a note on standard error."""
+    """Print a note on standard error, unless --quiet is given or the note is known."""
     if _is_new(text) and not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
 def problem(text: object) -> None:
-    """Print a problem on standard error."""
+    """Print a problem on standard error, unless it is known."""
     if _is_new(text):
         _line(text, sys.stderr, _RED)
 
@@ -109,7 +119,7 @@ def _is_new(text: object) -> bool:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print on standard error how long the context took if --verbose is given."""
+    """Print on standard error how long the context took, if --verbose is given."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -118,9 +128,10 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip.
+    """Yield a function to call with the name of each finished clip, which prints the progress.
 
-    With --quiet, the function prints nothing.
+    `total` is the number of clips, and `done` is the number of clips already finished. With
+    --quiet, the function prints nothing.
     """
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
@@ -168,9 +179,9 @@ def count_of(number: int, what: str, several: str = "") -> str:
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
-    """Check that each output has a folder and replaces neither an input nor another output.
+    """Raise TwistError if an output would replace an input or another output, or has no folder.
 
-    Links are followed. Raises TwistError, and OSError if an output cannot be written.
+    Links are followed. Raises OSError if an output cannot be written.
     """
     for k, output in enumerate(outputs):
         end = destination(output)

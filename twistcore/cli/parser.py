@@ -58,8 +58,8 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # choices of `export --script`
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    If the `words` of a command line are given, only the arguments of its command are added, to save
-    time.
+    `words` is a command line. If it is given, only the arguments of its command are added, which is
+    faster.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)
@@ -91,7 +91,10 @@ def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
 def commands_of(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield the name (such as 'detect' or 'quamo refine') and the parser of each command."""
+    """Yield the name (such as 'detect' or 'quamo refine') and the parser of each command.
+
+    `words` is the name of the command that `parser` parses.
+    """
     groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not groups:
         yield words, parser
@@ -416,7 +419,7 @@ def _benchmark(benchmark: Parser) -> None:
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
-    """Add the list of protocols to the help of `inject`, when the help is printed."""
+    """Add the list of protocols to the help of `inject` when the help is printed."""
     from twistcore.synthesis import PROTOCOLS  # numpy
 
     texts = "; ".join(f"{name}: {p.text}" for name, p in PROTOCOLS.items()).replace("%", "%%")

@@ -1,4 +1,4 @@
-"""`twistcore quamo refine`: track or smooth a clip."""
+"""Run `twistcore quamo refine`, which tracks or smooths a clip."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ from twistcore.quamo.weights import weights_file
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 
-_NAMED = 6  # joints that are listed by name
+_NAMED = 6  # maximum number of joints that are listed by name
 
 
 def quamo_refine_command(arguments: argparse.Namespace) -> int:
-    """Track or smooth a clip, write it, and warn about twist errors in it."""
+    """Track or smooth a clip, write it, and warn about twist errors in it. Return the exit code."""
     clip = _read(arguments)
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
@@ -103,7 +103,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
 
 
 def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
-    """Smooth only the bursts of noise, write the clip, and list what changed."""
+    """Smooth only the bursts of noise, write the clip, and return the exit code."""
     motion = clip.motion
     cutoff = arguments.cutoff or burst_cutoff(motion.frame_time)
     first, names = leading_frames(motion), motion.skeleton.names
@@ -134,7 +134,10 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
 
 
 def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) -> None:
-    """Print jitter, foot slide and deviation, if the figure has the joints to measure them."""
+    """Print jitter, foot slide and deviation if the figure has the joints to measure them.
+
+    `given` is the part of `motion` from frame `first` on. `unit` is the length of a unit in metres.
+    """
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
@@ -165,20 +168,20 @@ def _read(arguments: argparse.Namespace) -> Clip:
 
 
 def _options_of_tracker(arguments: argparse.Namespace) -> list[str]:
-    """Return the names of the given options that only the tracker has."""
+    """Return the given options that apply only to the tracker."""
     names = ("gains", "weights", "kp", "kd", "ka")
     given = [name for name in names if getattr(arguments, name) is not None]
     return given + ["causal"] * arguments.causal
 
 
 def _method(arguments: argparse.Namespace) -> str:
-    """Return the given method; by default the tracker if it has options, or the spline."""
+    """Return the chosen method. The default is the spline, or the tracker if it has options."""
     chosen: str | None = arguments.method
     return chosen or ("quamo" if _options_of_tracker(arguments) else "spline")
 
 
 def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
-    """Raise TwistError if options of the other method are given."""
+    """Raise TwistError if an option does not apply to the method."""
     if method == "spline":
         for name in _options_of_tracker(arguments):
             raise TwistError(f"--{name} is only for the tracker; leave it out with --method spline")
@@ -196,7 +199,10 @@ def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
 
 
 def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
-    """Return the gains given on the command line, or None for learned gains."""
+    """Return the gains set by hand, or None for learned gains. Raises TwistError if both are given.
+
+    `dt` is the frame time in seconds.
+    """
     given = {k: v for k in ("kp", "kd", "ka") if (v := getattr(arguments, k)) is not None}
     if arguments.gains == "learned":
         if given:
@@ -208,7 +214,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """Return True if the position is tracked: on request, for all joints, or for the root."""
+    """Return True if the position is tracked: on request, with all joints, or with the root."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
@@ -222,8 +228,8 @@ def _listed(names: Sequence[str]) -> str:
 def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan] = ()) -> None:
     """Print the number of twist errors in the tracked joints, because tracking would hide them.
 
-    If spans are given, only errors at their ends count, because errors within a span are caused by
-    noise.
+    If `spans` are given, only errors at the ends of these spans count, since noise causes errors
+    within the spans.
     """
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:

@@ -1,4 +1,4 @@
-"""Commands that study QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
+"""Run the commands that study QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise and print the magnitude of the noise."""
+    """Write a clip with synthetic noise, print the size of the noise, and return the exit code."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
@@ -84,17 +84,14 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
 
 
 def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the tables for held-out subjects and return the exit code."""
+    """Print the results for held-out subjects and return the exit code."""
     from twistcore.study.quamo.report import evaluation_report
 
     return _report(arguments, evaluation_report, ("full",))
 
 
 def quamo_ablation_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of training steps, representations and integrators.
-
-    Returns the exit code.
-    """
+    """Compare training steps, representations and integrators, and return the exit code."""
     from twistcore.study.quamo.report import ablation_report
 
     return _report(arguments, ablation_report, tuple(VARIANTS))
@@ -129,14 +126,14 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """Return the networks in a folder, keyed by the subject that was left out of the training."""
+    """Return the networks in a folder, keyed by the subject that was held out in training."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train and write one network for each held-out subject, or continue an earlier run."""
+    """Train and write a network for each held-out subject, or continue an interrupted run."""
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 

@@ -1,4 +1,4 @@
-"""Sentences in which `twistcore quamo refine` describes a method and its result."""
+"""Describe a method of `twistcore quamo refine` and its result in words."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ SPLINE_WAY = (
 
 
 def cuts_as_text(motion: Motion, first: int) -> str:
-    """Return text such as 'cuts at frames 120, 300–305' (305 excluded), or '' without a cut."""
+    """Return text such as 'cuts at frames 120, 300–305' (305 excluded), or '' without cuts."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
 
 
 def how_words(causal: bool, gains: Gains | None) -> str:
-    """Describe the direction and the gains of the tracker."""
+    """Return a few words about the direction and the gains of the tracker."""
     how = f"tracked {'causally' if causal else 'both ways'} with "
     if gains is None:
         return how + "learned gains"
@@ -35,7 +35,10 @@ def how_words(causal: bool, gains: Gains | None) -> str:
 
 
 def way_words(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Describe the frames that tracking needs, and the lag of its result."""
+    """Return a sentence about the frames that tracking needs and the lag of the result.
+
+    `dt` is the frame time in seconds. `place` is True if the position is tracked, too.
+    """
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:

@@ -1,4 +1,4 @@
-"""`twistcore report`: write the report on a session or on a batch folder."""
+"""Run `twistcore report`, which writes the report on a session or on a batch folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.review import read_session
 
 
 def report_command(arguments: argparse.Namespace) -> int:
-    """Write the report and return the exit code: 1 if a clip can no longer be read."""
+    """Write the report and return the exit code, 1 if a clip can no longer be read."""
     if is_there(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output} is a file; choose a folder for the report")
     if arguments.what.is_dir():

@@ -1,4 +1,4 @@
-"""`twistcore signals`: print the signals in which errors are detected, as CSV or JSON."""
+"""Run `twistcore signals`, which prints the signals in which errors are detected."""
 
 from __future__ import annotations
 
@@ -33,12 +33,22 @@ _COLUMNS = (
     "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",
     "azimuth_reliability",
 )  # fmt: skip
-_STRENGTH = "strength_deg"  # strength computed by the detector of --method or --detector
+_STRENGTH = "strength_deg"  # the strength that the chosen detector compares with τ
 _DECIMALS = 6
 
 
 class _Signals(NamedTuple):
-    """A clip's name, its analysis, and its columns keyed by chain name."""
+    """The signals of a clip.
+
+    Parameters
+    ----------
+    name
+        The clip's name.
+    analysis
+        The analysis of the clip.
+    columns
+        The columns of each chain, keyed by chain name and column name, each of shape (frames,).
+    """
 
     name: str
     analysis: ClipAnalysis
@@ -46,7 +56,7 @@ class _Signals(NamedTuple):
 
 
 def signals_command(arguments: argparse.Namespace) -> int:
-    """Write the signals of clips, one row for each chain and frame, and return the exit code."""
+    """Write the signals of the clips, a row for each chain and frame, and return the exit code."""
     if not (arguments.csv or arguments.json):
         raise TwistError("signals requires --csv FILE or --json")
     if arguments.csv:
@@ -82,7 +92,10 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
-    """Return the columns of each chain, keyed by chain name, each of shape (frames,)."""
+    """Return the columns of each chain, keyed by chain name and column name, each (frames,).
+
+    With a `method`, the strength that this detector compares with τ is added.
+    """
     signals = analysis.signals
     columns = {chain: _of_chain(curves) for chain, curves in signals.items()}
     if method is not None:
@@ -131,5 +144,5 @@ def _to_json(
 
 
 def _rounded(values: list[float]) -> list[float | None]:
-    """Return rounded values, with None for undefined angles."""
+    """Return the values rounded to 6 decimals, with None for undefined angles."""
     return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]

@@ -1,7 +1,7 @@
-"""`twistcore inject | evaluate`: inject known errors into clips, and measure corrections.
+"""Run `twistcore inject` and `twistcore evaluate`, which inject errors and measure corrections.
 
-The command `benchmark` does both for a folder. That command is in a separate module because its
-libraries load slowly.
+The command `benchmark` does both for a folder. It is in a separate module because its libraries
+load slowly.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
 
 
 def evaluate_command(arguments: argparse.Namespace) -> int:
-    """Compare refined clips with the truth, print the result, and return the exit code."""
+    """Compare refined clips with the injected errors, print a table, and return the exit code."""
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
         raise TwistError("--truth, --clean and --refined: expected the same number of files")

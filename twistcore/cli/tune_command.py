@@ -1,4 +1,4 @@
-"""`twistcore tune`: find τ for each joint, from injected errors or from reviewers' decisions."""
+"""Run `twistcore tune`, which finds τ for each chain from injected errors or from decisions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.cli.output import (
 )
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
-from twistcore.export.exports_beside import without_exports
+from twistcore.export.exported_clips import without_exports
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip_files import clips_in
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
@@ -31,7 +31,7 @@ from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, judged_in
+from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, read_judged_clip
 from twistcore.work.processes import each, reason
 
 _SEEDS = 3  # number of random draws of errors
@@ -41,7 +41,7 @@ ByChain = Mapping[str, TauCurve]  # keyed by chain name
 
 
 def tune_command(arguments: argparse.Namespace) -> int:
-    """Write a profile with τ for each joint, from a clip or a folder, and return the exit code."""
+    """Write a profile with τ for each chain and return the exit code."""
     return _by_verdicts(arguments) if arguments.verdicts else _by_injection(arguments)
 
 
@@ -72,7 +72,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
     found: dict[Path, Mapping[str, ByChain]] = {}
-    # Clips without known chains.
+    # A clip with a damaged session is left out, since its chains are unknown.
     mute = {one.clip for one in sessions.damaged} - sessions.of.keys()
     paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
@@ -87,7 +87,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     code = tell_problems(problems, len(found))
     if not found:
         return code
-    # Sorted by name, so that the profile does not depend on which process finished first.
+    # The order of the clips must not depend on which process finished first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
     curves, wanted = together[arguments.method], _price_and_smallest(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
@@ -114,7 +114,10 @@ def _tuned_to_json(
     wanted: tuple[float, float],
     given: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return τ and its cost for every chain and every detector."""
+    """Return a JSON document with τ and its cost for every chain and every detector.
+
+    `wanted` is the price of a false alarm and the smallest error to find. `given` has further keys.
+    """
     price, smallest = wanted
     chains = []
     for method in sorted(together):
@@ -145,7 +148,7 @@ def _tuned_to_json(
 
 
 def _sessions_next_to(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """Return the sessions next to the clips `paths`, and the damaged ones.
+    """Return the sessions of the clips `paths`, including damaged ones.
 
     Raises TwistError if there are no sessions.
     """
@@ -168,12 +171,12 @@ def _curves(
     sessions: Mapping[Path, Path],
     words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
-    """Return a clip's curves for each detector, all measured with the same injected errors."""
+    """Return the τ curves of a clip for each detector, measured with the same injected errors."""
     return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
-    """Return the sum of the curves of all clips, keyed by chain name."""
+    """Return the sums of the curves of all clips, keyed by chain name."""
     out: dict[str, TauCurve] = {}
     for clip in clips:
         for name, curve in clip.items():
@@ -182,12 +185,15 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return the examined minutes of a clip: the maximum over its chains."""
+    """Return the examined minutes of a clip, the maximum over its chains."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield one line per chain of a single clip, with the FSR's confidence band in brackets."""
+    """Yield a table of τ and its cost for one detector, with the confidence limits of the FSR.
+
+    `wanted` is the price of a false alarm and the smallest error to find.
+    """
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
@@ -204,9 +210,10 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Yield lines that compare the suggested with the automatic τ, by chain and for all chains.
+    """Yield a table that compares the suggested with the automatic τ for all detectors.
 
-    `minutes` is the total duration of all clips, including clips that lack some chains.
+    `minutes` is the total duration of all clips, including clips that lack some chains. `wanted` is
+    the price of a false alarm and the smallest error to find.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -242,7 +249,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
 
 
 def _price_and_smallest(arguments: argparse.Namespace) -> tuple[float, float]:
-    """Return the price of a false alarm, and the smallest error to find in radians."""
+    """Return the price of a false alarm, and the size of the smallest error to find, in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,
@@ -251,7 +258,7 @@ def _price_and_smallest(arguments: argparse.Namespace) -> tuple[float, float]:
 
 
 def _by_verdicts(arguments: argparse.Namespace) -> int:
-    """Tune τ from the sessions in a folder of clips, with the chains of each session."""
+    """Tune τ on the decisions in the sessions of a folder, and return the exit code."""
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")
@@ -290,7 +297,7 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
 
 
 def _judged(pairs: dict[Path, Path], clip: Path) -> JudgedClip:
-    return judged_in(clip, pairs[clip])
+    return read_judged_clip(clip, pairs[clip])
 
 
 def _tell(

@@ -1,7 +1,7 @@
-"""`twistcore watch`: process the clips of a folder as they arrive.
+"""Run `twistcore watch`, which processes the clips of a folder as they arrive.
 
-The folder is polled, without a library for file events: a network share, where captures arrive,
-reports no events, and no event says that a copy has ended.
+The folder is listed again and again, because a network share reports no file events, and because no
+event shows that a copy is complete.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from twistcore.cli.output import Voice, count_of, note, problem, progress, speak
 from twistcore.errors import TwistError
 from twistcore.work.frozen import dataclass
 
-_SHARE = 9.0  # a look at a slow folder is followed by a pause of this many times its duration
+_SHARE = 9.0  # minimum pause after a look at the folder, as a multiple of the look's duration
 
 
 def watch_command(arguments: argparse.Namespace) -> int:
-    """Process clips as they arrive. Return the exit code of the latest results."""
+    """Process clips as they arrive, and return the exit code of the latest results."""
     return _Watch(arguments).run()
 
 
 @dataclass(frozen=True)
 class Look:
-    """What changed in a folder from the previous look to this one.
+    """The changes in a folder since the previous look at it.
 
     Parameters
     ----------
     still
-        Clips that the previous look found, too, and that have not changed since.
+        Clips that have not changed since the previous look.
     growing
-        The other clips.
+        Clips that are new or have changed since the previous look.
     gone
         Processed clips that no longer exist.
     news
-        True if a clip in `still` has not been processed as it is now.
+        True if a clip in `still` is new or has changed since it was processed.
     """
 
     still: tuple[Source, ...]
@@ -51,9 +51,16 @@ class Look:
 def look_again(
     found: Iterable[Source], before: Mapping[str, str], done: Mapping[str, Source]
 ) -> Look:
-    """Compare the clips with the previous look and with the processed clips.
+    """Compare the clips in a folder with the previous look and with the processed clips.
 
-    `before` has the signatures of the previous look, keyed by path.
+    Parameters
+    ----------
+    found
+        The clips that are in the folder now.
+    before
+        The signatures at the previous look, keyed by path.
+    done
+        The clips as they were processed, keyed by path.
     """
     now = {source.path: source for source in found}
     still = [s for path, s in now.items() if before.get(path) == s.signature]
@@ -64,7 +71,7 @@ def look_again(
 
 
 class _Watch:
-    """A watch in progress."""
+    """The state of a watch, between two looks at the folder."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
@@ -83,7 +90,7 @@ class _Watch:
             try:
                 time.sleep(self.pause)
                 inputs, look = self._looked()
-            except KeyboardInterrupt:  # between clips: this is how a watch usually ends
+            except KeyboardInterrupt:  # the usual end of a watch
                 return self.code
             except TwistError as error:  # such as a share that is no longer connected
                 self._tell(error, self.looks)
@@ -112,7 +119,7 @@ class _Watch:
         return inputs, look
 
     def _ended_in_round(self, inputs: Inputs, look: Look) -> bool:
-        """Bring the results up to date. Return True if this ended early."""
+        """Process new and changed clips, and update the results. Return True if it ended early."""
         voice = self._voice()
         try:
             with speaking(voice):
@@ -131,7 +138,10 @@ class _Watch:
         return ended
 
     def _tell(self, error: TwistError, later: int) -> None:
-        """Print an error once. Raise it if nothing has worked yet, or if this is the only round."""
+        """Print an error once, or raise it if nothing has worked yet or this is the only round.
+
+        `later` is the number of earlier successful looks or rounds.
+        """
         if self.arguments.once or not later:
             raise error
         voice = self._voice()

@@ -1,4 +1,4 @@
-"""Compare two clips joint by joint and frame by frame, in degrees."""
+"""Compare two motions joint by joint and frame by frame."""
 
 from __future__ import annotations
 
@@ -11,15 +11,22 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
-_SAME = np.radians(1e-9)
-_MOVED = 1e-3  # share of the height, ten times the effect of rounding angles to two decimals
+_SAME = np.radians(1e-9)  # smaller angles count as equal
+_MOVED = 1e-3  # share of the height; angles rounded to two decimals cause a tenth of this
 
 
 @dataclass(frozen=True)
 class JointDifference:
-    """A joint and frames [start, stop) in which its local rotation differs between two clips.
+    """A span of frames in which a joint's local rotation differs between two motions.
 
-    `max_degrees` is the largest angle between the two rotations.
+    Parameters
+    ----------
+    joint
+        Name of the joint.
+    start, stop
+        The frames [start, stop).
+    max_degrees
+        The largest angle between the two rotations, in degrees.
     """
 
     joint: str
@@ -30,14 +37,18 @@ class JointDifference:
 
 @dataclass(frozen=True)
 class JointMove:
-    """The largest change of a joint's position, and the number of frames in which it changes.
+    """The change of a joint's position.
 
     Parameters
     ----------
+    joint
+        Name of the joint.
     largest
         The largest change, in the file's unit.
     of_height
         The largest change, as a fraction of the skeleton's height.
+    frames
+        Number of frames in which the position changes.
     """
 
     joint: str
@@ -48,12 +59,20 @@ class JointMove:
 
 @dataclass(frozen=True)
 class Difference:
-    """All differences between two motions, joint by joint.
+    """All differences between two motions of one skeleton.
 
     Parameters
     ----------
+    joints
+        The spans in which local rotations differ.
+    max_position
+        The largest change of any joint's position, in the file's unit.
+    max_position_of_height
+        The same change, as a fraction of the skeleton's height.
+    moved_channels
+        Number of joints whose position channels differ.
     moved
-        Joints whose position changed by more than rounding in the file can explain.
+        The joints whose position changed by more than rounding in the file can explain.
     rest_of_height
         The largest change of position among the other joints, as a fraction of the height.
     """
@@ -67,14 +86,15 @@ class Difference:
 
     @property
     def frames(self) -> int:
-        """Number of frames in which any rotation differs."""
+        """The number of frames in which any rotation differs."""
         return len({t for j in self.joints for t in range(j.start, j.stop)})
 
 
 def compare(a: Motion, b: Motion) -> Difference:
     """Compare two motions of one skeleton, joint by joint.
 
-    Raises ClipMismatchError if they cannot be compared.
+    Raises ClipMismatchError if the skeletons, the numbers of frames or the position channels
+    differ.
     """
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
@@ -114,9 +134,18 @@ def compare(a: Motion, b: Motion) -> Difference:
 
 @dataclass(frozen=True)
 class Deviation:
-    """The largest difference of a joint's world rotation, degrees, and position, and where.
+    """The largest differences between the poses of two motions.
 
-    `of_height` is the difference of the position as a fraction of the skeleton's height.
+    Parameters
+    ----------
+    degrees
+        The largest angle between world rotations of a joint, in degrees.
+    joint, frame
+        The joint and the frame with this angle.
+    position
+        The largest distance between positions of a joint, in the file's unit.
+    of_height
+        The same distance, as a fraction of the skeleton's height.
     """
 
     degrees: float
@@ -127,7 +156,7 @@ class Deviation:
 
 
 def largest_deviation(a: Motion, b: Motion) -> Deviation:
-    """Compare the poses of two motions with the same joint names, in any order.
+    """Compare the poses of two motions whose joints have the same names, in any order.
 
     Raises ClipMismatchError if the joints or the numbers of frames differ.
     """
@@ -144,7 +173,7 @@ def largest_deviation(a: Motion, b: Motion) -> Deviation:
 
 
 def move_to_json(move: JointMove) -> dict[str, Any]:
-    """Return a joint's move as JSON data, in the file's unit and as a fraction of the height."""
+    """Return the change of a joint's position as JSON data."""
     return {
         "joint": move.joint,
         "max": move.largest,
@@ -154,10 +183,7 @@ def move_to_json(move: JointMove) -> dict[str, Any]:
 
 
 def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]:
-    """Return the comparison as a JSON document.
-
-    `a` and `b` are the names of the two clips.
-    """
+    """Return the differences as a JSON document. `a` and `b` are the names of the two clips."""
     return {
         "schema": "twistcore.diff/1",
         "a": a,

@@ -1,4 +1,4 @@
-"""The intervals of a clip in the JSON format of `detect --json` and of batch results."""
+"""Convert the intervals of a clip to the JSON format of `detect --json` and of batch results."""
 
 from __future__ import annotations
 

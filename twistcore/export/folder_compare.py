@@ -18,7 +18,9 @@ from twistcore.work.progress import Counter, uncounted
 
 @dataclass(frozen=True)
 class FolderDifference:
-    """The result of comparing two folders, with clips named by relative path and sorted by name.
+    """The differences between two folders of clips.
+
+    Clips are named by their relative paths and are sorted by name.
 
     Parameters
     ----------
@@ -29,9 +31,9 @@ class FolderDifference:
     same_motion
         Clips with different bytes but the same motion.
     different
-        Clips with different motions.
+        The differences between clips with different motions, keyed by name.
     failed
-        The reasons why clips could not be compared.
+        The reasons why clips could not be compared, keyed by name.
     """
 
     only_a: tuple[str, ...]
@@ -43,7 +45,7 @@ class FolderDifference:
 
     @property
     def in_both(self) -> int:
-        """Number of clips that exist in both folders and could be compared."""
+        """The number of clips that exist in both folders and could be compared."""
         return len(self.identical) + len(self.same_motion) + len(self.different)
 
 
@@ -52,8 +54,19 @@ def compare_folders(
 ) -> FolderDifference:
     """Compare the clips in two folders and their subfolders.
 
-    `counter` is called with the number of clips, and returns a function that is called with the
-    name of each finished clip. Raises TwistError if a folder has no clips.
+    Parameters
+    ----------
+    a, b
+        The folders.
+    workers
+        Number of processes.
+    counter
+        A function that shows the progress, as in :mod:`twistcore.work.progress`.
+
+    Raises
+    ------
+    TwistError
+        If a folder has no clips.
     """
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
@@ -84,9 +97,9 @@ def compare_folders(
 
 
 def _compare_clip(a: Path, b: Path, name: str) -> Difference | None:
-    """Compare a clip in both folders, or return None if the bytes are equal.
+    """Compare the clip `name` in folders `a` and `b`, or return None if the bytes are equal.
 
-    Files with equal bytes do not have to be valid clips.
+    Files with equal bytes need not be valid clips.
     """
     path_a, path_b = a / name, b / name
     if _read(path_a) == _read(path_b):
@@ -110,10 +123,7 @@ def _is_same(difference: Difference) -> bool:
 
 
 def folder_difference_to_json(found: FolderDifference, a: str, b: str) -> dict[str, Any]:
-    """Return the comparison as a JSON document.
-
-    `a` and `b` are the names of the two folders.
-    """
+    """Return the differences as a JSON document. `a` and `b` are the names of the two folders."""
     return {
         "schema": "twistcore.folder_diff/1",
         "a": a,
@@ -145,5 +155,5 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
 
 
 def largest_degrees(difference: Difference) -> float:
-    """Return the largest angle between two rotations of a joint, in degrees; 0 if all are equal."""
+    """Return the largest angle between two rotations of a joint, in degrees, or 0."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

@@ -1,4 +1,4 @@
-"""Replay the sessions in a folder on their clips, and write the results into another folder."""
+"""Apply the sessions in a folder to their clips, and write the results into another folder."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from functools import cached_property
 from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.exports_beside import exports_among
-from twistcore.export.replay import left_to_later_versions, replayed, uncorrected_sentences
+from twistcore.export.exported_clips import exports_among
+from twistcore.export.replay import replayed, uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_text
@@ -22,13 +22,21 @@ from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 from twistcore.work.frozen import dataclass
 
-WRITTEN = "applied.jsonl"  # in the output folder: a list of the clips that this command wrote
+WRITTEN = "applied.jsonl"  # a file in the output folder that lists the written clips
 _SCHEMA = "twistcore.applied/1"
 
 
 @dataclass(frozen=True)
 class SessionClip:
-    """A session and its clip. `name` is the clip's relative path, with '/' as separator."""
+    """A session and its clip.
+
+    Parameters
+    ----------
+    session, clip
+        Paths of the session and of the clip.
+    name
+        The clip's path relative to the folder of the clips, with '/' as separator.
+    """
 
     session: Path
     clip: Path
@@ -39,10 +47,12 @@ class SessionClip:
 class Pairs:
     """The sessions of a folder, paired with their clips.
 
-    `problems` has one sentence for each session without a clip.
-
     Parameters
     ----------
+    pairs
+        The pairs, sorted by the clip's name.
+    problems
+        A sentence for each session without a clip.
     older
         Sessions that are not used because their clip has a later session.
     alone
@@ -57,14 +67,14 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """The result of replaying a session on a clip.
+    """The result of applying a session to a clip.
 
     Parameters
     ----------
     sha256
         SHA-256 of the corrected bytes.
     new
-        True if the file did not exist yet.
+        True if the file was written, False if it already existed with these bytes.
     applied, repairable
         Number of intervals that were applied, and of intervals that can be corrected.
     jumps
@@ -85,11 +95,22 @@ class Replayed:
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
-    A session belongs to the clip with the stored name and bytes. If there is none, it belongs to a
-    clip with the same bytes and a different name. Of several such clips, the one in the matching
+    A session belongs to the clip with the stored name and bytes or, if there is none, to a clip
+    with the same bytes and a different name. If several clips fit, the one in the matching
     subfolder is used. An export next to its source is used only if no other clip fits. If a clip
-    has several sessions, the latest is used. Clips in `output` are ignored. Raises TwistError if
-    there is no clip or no session.
+    has several sessions, the latest is used.
+
+    Parameters
+    ----------
+    sessions, clips
+        The folders with the sessions and with the clips.
+    output
+        The folder to write into. Clips in it are ignored.
+
+    Raises
+    ------
+    TwistError
+        If there is no clip or no session.
     """
     there = clips_by_name(clips)
     if (inside := real_path(output)).is_relative_to(real_path(clips)):
@@ -122,7 +143,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """An index of clips by name and by contents. Files are read only when they are compared."""
+    """An index of clips by name and by contents. A file is read only when it is compared."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -131,10 +152,10 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """Return the name of the clip of a session in the subfolder `folder`.
+        """Return the relative path of the clip that belongs to a session.
 
-        `clip` and `sha256` are the name and the hash in the session. Raises TwistError if there is
-        no such clip, or more than one.
+        `clip` and `sha256` are the name and the hash that the session stores. `folder` is the
+        subfolder of the session. Raises TwistError unless exactly one clip fits.
         """
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
@@ -169,11 +190,23 @@ class _Clips:
 
 
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
-    """Write a clip corrected by its session into a folder.
+    """Write a clip, corrected by its session, into a folder.
 
-    The bytes are the same as from `apply`. `own` has the SHA-256 of the files that this command
-    wrote into the folder before, keyed by name. Raises TwistError, without writing anything, if
-    another file with this name exists, and the errors of :func:`twistcore.export.replay.replayed`.
+    The bytes are the same as those written by `apply`.
+
+    Parameters
+    ----------
+    output
+        The folder.
+    own
+        The SHA-256 of the files that this command wrote into the folder earlier, keyed by name.
+    pair
+        The session and the clip.
+
+    Raises
+    ------
+    TwistError
+        If another file with this name exists, or as in :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)
@@ -192,7 +225,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
     left, beside = uncorrected_sentences(replay.clip, replay.chains, chosen)
-    left += left_to_later_versions(replay.clip, state)
+    left += unknown_kind_sentences(replay.clip, state)
     repairable = sum(judged.counts for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 
@@ -200,7 +233,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
 def read_written(output: Path) -> dict[str, str]:
     """Return the SHA-256 of the files that this command wrote into a folder, keyed by name.
 
-    Raises TwistError or FormatError if the list of these files cannot be read.
+    Raises TwistError if the list of these files cannot be read.
     """
     path, own = output / WRITTEN, dict[str, str]()
     check_no_links(output, path)
@@ -219,7 +252,7 @@ def read_written(output: Path) -> dict[str, str]:
 
 
 def note_written(output: Path, name: str, sha256: str) -> None:
-    """Add a clip to the list of files that this command wrote into the folder. Raises OSError."""
+    """Add a clip to the list of files that this command wrote into a folder. Raises OSError."""
     path = output / WRITTEN
     new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)

@@ -1,7 +1,7 @@
 """Mark an export while it is being written, so that an interrupted export is recognised.
 
 An export writes the clip before its session and report. If the program is killed in between, the
-session of an earlier export stays next to the new clip.
+session of an earlier export remains next to the new clip.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from twistcore.files.encoding import json_bytes
 from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_file
 
-_EXPORT = ".export"  # at the end of a mark's name
-_MOST = 10_000  # bytes of a mark
+_EXPORT = ".export"  # end of a mark's name
+_MOST = 10_000  # maximum size of a mark in bytes
 
 
 @contextmanager
 def marked_export(session: Path, clip: Path) -> Iterator[None]:
-    """Keep a mark next to an export's session while the export of a clip is written.
+    """Keep a mark next to the session of an export while the export is being written.
 
-    If no mark can be written, the export itself will report the reason.
+    If no mark can be written, no error is raised, since the export itself reports the reason.
     """
     handle, mark = -1, None
     with suppress(OSError):
@@ -41,13 +41,13 @@ def marked_export(session: Path, clip: Path) -> Iterator[None]:
 
 
 def was_interrupted(session: Path) -> bool:
-    """True if the export that last wrote, or should have written, this session was killed."""
+    """Return True if the last export that wrote, or should have written, a session was killed."""
     mark = part_name(session, _EXPORT)
     return is_file(mark) and not is_held(mark)
 
 
-def interruption(session: Path) -> str:
-    """Return a sentence if the export of a session was killed, or ''."""
+def interruption_sentence(session: Path) -> str:
+    """Return a sentence if the last export of a session was killed, or ''."""
     if not was_interrupted(session):
         return ""
     return (
@@ -57,7 +57,7 @@ def interruption(session: Path) -> str:
 
 
 def interrupted_exports(clip: Path) -> list[str]:
-    """Return the names of the sessions in a clip's folder whose exports of the clip were killed."""
+    """Return the names of the sessions of a clip whose last exports were killed."""
     found = []
     with suppress(OSError):
         for mark in sorted(clip.parent.glob(f".*{_EXPORT}")):

@@ -1,4 +1,4 @@
-"""Read new names of joints from a file, or find them for a known naming."""
+"""Read new names of joints from a file, or find the names of a known skeleton."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from twistcore.errors import FormatError
-from twistcore.files.document_values import bytes_of, has, parsed_json, saying, text
+from twistcore.files.document_values import bytes_of, errors_naming, has, parsed_json, text
 from twistcore.quamo.topology import CMU_NAMES, SMPL_NAMES
 from twistcore.skeleton.body import find_body
 from twistcore.skeleton.motion import Motion
 
 
 def read_joint_map(path: Path) -> Mapping[str, str]:
-    """Read a JSON object or a CSV with two columns that map joint names to new names.
+    """Read new names of joints, keyed by old name, from a JSON object or a CSV with two columns.
 
-    Raises FormatError if it is neither, and TwistError if it cannot be read.
+    Raises FormatError if the file is neither, and TwistError if it cannot be read.
     """
     data = bytes_of(path).removeprefix(codecs.BOM_UTF8)
-    with saying(path):
+    with errors_naming(path):
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))
             return {old: text(new, f"the new name of {old}") for old, new in document.items()}
@@ -36,9 +36,9 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
 
 def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
-    """Return the new names of the joints that 'cmu' or 'smpl' has, as far as they are recognised.
+    """Return the names of the recognised joints in the naming 'cmu' or 'smpl', keyed by old name.
 
-    Joints are recognised by the names of the other naming, and arms and legs by any known words.
+    Joints are recognised by the names of either naming, and arms and legs by any known words.
     """
     names = {"cmu": CMU_NAMES, "smpl": SMPL_NAMES}[naming]
     found = dict[str, str]()

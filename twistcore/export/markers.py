@@ -29,7 +29,14 @@ def blender_markers(
 ) -> str:
     """Return a Blender script that sets two markers for each interval that is not rejected.
 
-    `verdict` is a function that returns the text for an interval.
+    Parameters
+    ----------
+    clip
+        Name of the clip.
+    intervals
+        The intervals.
+    verdict
+        A function that returns the text of the verdict on an interval.
     """
     rows = [
         (
@@ -41,13 +48,13 @@ def blender_markers(
         if j.decision.value != "rejected"
     ]
     listed = "[\n" + "".join(f"    ({n!a}, {a}, {b}),\n" for n, a, b in rows) + "]"
-    # The clip's name is put into a docstring and must not end it or reverse its direction.
+    # The name must not end the script's docstring or reverse the direction of its text.
     safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
 
 
 def _what(judged: Judged) -> str:
-    """Return the name of the chain or the wrong joint, and the kind.
+    """Return the name of an interval's chain or wrong joint, with the kind of error.
 
     The kind is omitted for a counter-twist.
     """

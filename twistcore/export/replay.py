@@ -1,4 +1,4 @@
-"""Replay a review on its clip. The window and the command line give exactly the same result."""
+"""Apply a review to its clip. The window and the command line give exactly the same result."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from twistcore.analysis.correction import children_off_axis, refine, stuck_joint
 from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.interrupted import interruption
+from twistcore.export.interrupted import interruption_sentence
 from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.files.document_values import shown_value
 from twistcore.formats.clip import Clip
@@ -27,8 +27,16 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion to export: corrected by the accepted intervals, and then tracked.
 
-    `chains` are the chains of the review, and its limbs. `tell` is called with the completed share
-    of the tracking.
+    Parameters
+    ----------
+    clip
+        The clip.
+    chains
+        The chains and limbs of the review.
+    state
+        The state of the review.
+    tell
+        A function that is called with the completed share of the tracking, 0…1.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -36,9 +44,18 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip, with the named chains and limbs and the corrected motion.
+    """A session applied to its clip.
 
-    `notes` has a sentence if the export that last wrote the session was interrupted.
+    Parameters
+    ----------
+    session, clip
+        The session and the clip.
+    chains
+        The chains and limbs of the review.
+    motion
+        The corrected motion.
+    notes
+        A sentence if the export that last wrote the session was interrupted.
     """
 
     session: Session
@@ -53,18 +70,23 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
-    notes = tuple(filter(None, (interruption(session_path),)))
+    notes = tuple(filter(None, (interruption_sentence(session_path),)))
     return Replay(session, clip, chains, accepted_motion(clip, chains, session.state), notes)
 
 
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that cannot be corrected, and about joints that move along.
+    """Return sentences about intervals that cannot be corrected, and about joints that move along.
 
-    A child off the axis of a corrected chain moves along with its parent.
+    Returns
+    -------
+    left
+        Sentences about accepted intervals that cannot be corrected.
+    moved
+        Sentences about joints that a correction moves, such as a child off the axis of its chain.
     """
-    sentences = chains_left(clip.motion, chains, chosen)
+    sentences = uncorrected_chain_sentences(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
     moved: list[str] = []
     used = {interval.chain for interval in chosen if interval.repairable}
@@ -82,8 +104,8 @@ def uncorrected_sentences(
     return left, tuple(moved)
 
 
-def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
-    """Return a sentence if accepted intervals have a kind that this version does not support."""
+def unknown_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
+    """Return a sentence if accepted intervals have a kind that this version does not know."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
     if not unknown:
@@ -93,7 +115,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     return (f"{clip.path}: {some} of kinds that this version cannot correct: {kinds}",)
 
 
-def chains_left(
+def uncorrected_chain_sentences(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
     """Return a sentence for each chain or joint whose accepted intervals cannot be corrected."""
@@ -125,9 +147,9 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the chains and limbs of a clip according to the session's rig.
+    """Return the chains and limbs of a clip according to a session.
 
-    Raises the same errors as :func:`check_belongs`.
+    Raises ClipMismatchError if the session does not fit the clip, as in :func:`check_belongs`.
     """
     check_bytes(session, clip)
     try:
@@ -139,7 +161,7 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
 
 
 def check_bytes(session: Session, clip: Clip) -> None:
-    """Raise ClipMismatchError unless the session was made for a clip with exactly these bytes."""
+    """Raise ClipMismatchError unless a session was made for a clip with exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
             f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
@@ -147,7 +169,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless a session's bytes, chains, frames and tracking fit the clip.
+    """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit a clip.
 
     `chains` are the chains and limbs of the clip.
     """

@@ -1,11 +1,16 @@
-"""Keys for the scene from which a clip was exported, and reference frames for identifying it.
+"""Compute keys for the scene from which a clip was exported.
 
-The axes of a scene's joints depend on its importer, rig and bind pose. Let A be the rotation
-between the world axes of clip and scene, and G and S a joint's global rotations in the clip and in
-the scene. Then S = A·G·B, where B is constant. A joint's local rotation in the scene is then
-PRE·q·POST, where q is its local rotation in the clip, PRE = S_above⁻¹·A·G_above and POST =
-G⁻¹·A⁻¹·S. All of these are measured in the scene, in frames without corrections. A correction is
-then the rotation POST⁻¹·q⁻¹·q'·POST, applied last.
+The axes of a scene's joints depend on its importer, rig and bind pose, so the script measures them
+in the scene. Let
+
+- A be the rotation between the world axes of the clip and of the scene,
+- G and S be the global rotations of a joint in the clip and in the scene, and
+- G_above and S_above be those of its parent.
+
+Then S = A·G·B with a constant rotation B. If the joint's local rotation in the clip is q, its local
+rotation in the scene is PRE·q·POST, where PRE = S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. These are
+measured in reference frames, in which the joint is not corrected. To correct the joint to q', the
+local rotation in the scene is multiplied on the right by POST⁻¹·q⁻¹·q'·POST.
 """
 
 from __future__ import annotations
@@ -26,16 +31,18 @@ _SAME = 1e-7  # radians; a global rotation that changes by less counts as unchan
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame in which some joints are uncorrected, with its pose in the clip's axes.
+    """A frame in which some joints are not corrected, with its pose in the clip's axes.
 
     Attributes
     ----------
+    frame
+        The frame of the clip.
     positions
         The global positions, shape (joints, 3), in the file's length unit.
     joints
-        For each joint with keys that is uncorrected in this frame, keyed by index: the global
-        rotations of its parent (the identity for a root) and of the joint, quaternions (w, x, y,
-        z).
+        The global rotations of the parent (the identity for a root) and of the joint itself, as
+        quaternions (w, x, y, z). The key is the joint's index. Joints that are corrected in this
+        frame or have no keys are not listed.
     """
 
     frame: int
@@ -45,10 +52,20 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """The corrections of a clip as keys: for each joint, the frames (n,), and q and q' (n, 4).
+    """The corrections of a clip as keys, and frames for measuring the scene's axes.
 
-    `unseen` are the joints that are corrected in every frame. Their axes in the scene can only be
-    measured before any key is set.
+    Attributes
+    ----------
+    frames
+        The corrected frames of each joint, shape (n,), keyed by the joint's index.
+    before, after
+        The local rotations before and after the correction, quaternions (w, x, y, z) of shape (n,
+        4).
+    references
+        The reference frames.
+    unseen
+        Indices of the joints that are corrected in every frame. Their axes in the scene can be
+        measured only before a key is set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]
@@ -59,9 +76,9 @@ class SceneKeys:
 
 
 def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
-    """Return the local rotations that differ as keys, with up to five reference frames per joint.
+    """Return the differing local rotations as keys, with up to five reference frames per joint.
 
-    Raises TwistError if nothing differs.
+    Raises TwistError if no rotation differs.
     """
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -104,9 +121,9 @@ def _chosen(
 ) -> tuple[list[int], tuple[int, ...]]:
     """Return the reference frames, and the joints that have none.
 
-    `free` maps each joint to a mask of the frames in which it is uncorrected. The best frames are
-    those in which every joint is uncorrected. If there are none, frames are chosen for each joint
-    separately.
+    `free` has a mask of the frames in which each joint is not corrected, keyed by index, and
+    `frames` is the number of frames. Frames in which no joint is corrected are preferred. If there
+    are none, frames are chosen for each joint separately.
     """
     unseen = tuple(j for j, own in free.items() if not own.any())
     seen = [own for j, own in free.items() if j not in unseen]
@@ -117,7 +134,7 @@ def _chosen(
 
 
 def _spread(free: NDArray[np.bool_]) -> list[int]:
-    """Return up to five of the frames in a mask, far apart from each other."""
+    """Return up to five frames of a mask, far apart from each other."""
     at = np.flatnonzero(free)
     picked = np.linspace(0, len(at) - 1, min(len(at), MOST_REFERENCES)).round().astype(int)
     return sorted(set(at[picked].tolist()))

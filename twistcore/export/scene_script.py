@@ -1,8 +1,8 @@
 """Write the corrections as a script that sets keys in the scene from which the clip was exported.
 
-The scene keeps its rig, meshes and namespaces. The script needs no other file: it contains the
-numbers, the arithmetic (in plain Python, since not every program includes numpy), and the part that
-controls one of the three programs.
+The scene keeps its rig, meshes and namespaces. The script needs no other file. It contains the
+keys, the computation in plain Python (not every program has numpy), and the part that controls the
+program.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _IMPORTS = {
     "motionbuilder": "import pyfbsdk as fb",
 }
 PROGRAMS = tuple(_IMPORTS)
-_FITS = 0.01  # share of the height, larger than rounding but smaller than changes of the pose
+_FITS = 0.01  # allowed distance as a share of the height: above rounding, below changes of the pose
 _TOLERANCE = 0.5  # degrees
 
 _HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
@@ -54,21 +54,21 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """A scene, and the position of the clip's frames in it.
+    """A scene, and the place of the clip's frames in it.
 
     Parameters
     ----------
     program
         One of PROGRAMS.
     namespace
-        The prefix of every name, before ':'. '' removes the namespace of the clip, and None keeps
-        the names.
+        The prefix of every joint's name, before ':'. '' removes the namespace of the clip, and None
+        keeps the names.
     take
         The take (in Blender the action) that must be active.
     fps
-        The scene's frame rate, or None if it is the clip's.
+        The scene's frame rate, or None for the clip's.
     start
-        The scene's frame for frame 0, or None for the default of the program's importers.
+        The scene's frame at which the clip begins, or None for the usual one of the program.
     dry_run
         True to report changes without making them.
     """
@@ -88,10 +88,23 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the text of the script.
+    """Return the text of a script that sets the corrections as keys.
 
-    `clip` is the file's name. `intervals` are the intervals that the script lists. Raises
-    TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
+    Parameters
+    ----------
+    clip
+        Name of the clip's file.
+    motion, corrected
+        The motion before and after the correction.
+    intervals
+        The intervals that the script lists.
+    options
+        The scene.
+
+    Raises
+    ------
+    TwistError
+        If nothing is corrected, or if two joints would have the same name.
     """
     if options.program == "maya" and options.take is not None:
         raise TwistError("a Maya scene has no takes; leave --take out")
@@ -126,7 +139,7 @@ def scene_script(
 
 
 def _names(names: Sequence[str], namespace: str | None) -> list[str]:
-    """Return the names that the joints have in the scene."""
+    """Return the names of the joints in the scene. Raises TwistError if they are not unique."""
     if namespace is None:
         return list(names)
     if namespace == "":
@@ -140,7 +153,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the lines that the script prints: the intervals, and who accepted them."""
+    """Return the code of a list with one line for each interval, which the script prints."""
     lines = []
     for judged in intervals:
         i = judged.interval

@@ -1,4 +1,4 @@
-"""Smooth a review's joints with the spline after the twist correction."""
+"""Smooth the joints of a review with a spline after the twist correction."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from twistcore.skeleton.motion import Motion
 
 
 def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -> Tracking | None:
-    """Return the tracking that smooths a noise burst and the known bursts, or None for no burst.
+    """Return the settings that smooth a noise burst as well as the bursts that are already known.
 
-    All joints with noise in the interval's frames are smoothed, each in the burst's frames only.
+    All joints with noise in the interval's frames are smoothed, each only in the frames of its
+    burst. The result is None if there is no noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
     able = set(chosen_joints(motion.skeleton, None).tolist())
@@ -41,7 +42,7 @@ def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -
 
 
 def check_smoothing(motion: Motion, tracking: Tracking) -> None:
-    """Raise TwistError if a motion cannot be smoothed in this way."""
+    """Raise TwistError if a motion cannot be smoothed with these settings."""
     check_cutoff(tracking.cutoff, motion.frame_time)
     for name, start, stop in tracking.bursts:
         if stop > motion.frames:
@@ -52,7 +53,11 @@ def check_smoothing(motion: Motion, tracking: Tracking) -> None:
 
 
 def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Tracking) -> TrackedMotion:
-    """Return the motion smoothed by the spline. The result contains no steps of a tracker."""
+    """Return the motion smoothed by the spline.
+
+    `joints` are the indices of the joints, which are ignored if the settings list bursts. The
+    result has no steps of a tracker.
+    """
     first = leading_frames(motion)
     if tracking.bursts:
         index = motion.skeleton.index

@@ -1,4 +1,4 @@
-"""Track a review's joints with QuaMo after the twist correction, and record the gains used."""
+"""Track the joints of a review with QuaMo after the twist correction."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ WARNING = (
     "Tracking blurs sudden offsets without removing them, so it may hide twist errors. "
     "Decide on the intervals first: tracking is applied after their correction."
 )
-# Measured by benchmarks/quamo_before_detection.py; the table is in docs/quamo.md.
+# Measured by benchmarks/quamo_before_detection.py. The table is in docs/quamo.md.
 DEMONSTRATION = (
     "In a test with 820 errors injected into 40 clips, the program found all errors before "
     "tracking. After tracking, it found only 6 % with the right ends; it missed the others "
@@ -48,7 +48,7 @@ DEMONSTRATION = (
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """The internal values of the tracker, with one row per step.
+    """The internal values of the tracker at each of n steps.
 
     After a forward and a backward pass, gains and parts are the means of both passes.
 
@@ -59,7 +59,8 @@ class Traces:
     gains
         κP, κD, κA, means over the three axes, shape (n, joints, 3).
     parts
-        Sizes of the P, D, bias and acceleration parts, rad/s², shape (n, joints, 4).
+        Sizes of the proportional, derivative, bias and acceleration parts, rad/s², shape (n,
+        joints, 4).
     names
         The joints' names.
     """
@@ -82,7 +83,7 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """True if the networks were trained for this skeleton, and its unit of length is known."""
+    """Return True if the networks support this skeleton and its unit of length is known."""
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -92,7 +93,7 @@ def knows_learned(motion: Motion) -> bool:
 
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
-    """Raise TwistError with one sentence if a motion cannot be tracked with these settings."""
+    """Raise TwistError if a motion cannot be tracked with these settings."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
@@ -115,8 +116,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """Return the motion after tracking. T-pose frames at the start are not tracked.
 
-    `tell` is called with the completed share, 0…1. Raises the same errors as
-    :func:`check_tracking`.
+    `tell` is called with the completed share, 0…1. Raises TwistError as in :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
@@ -124,7 +124,10 @@ def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None)
 def traced_motion(
     motion: Motion, tracking: Tracking, tell: Tell | None = None
 ) -> tuple[Motion, Traces]:
-    """Return the tracked motion, and the tracker's values at every step."""
+    """Return the tracked motion, and the internal values of the tracker at every step.
+
+    Parameters and errors are as in :func:`tracked_motion`.
+    """
     found = _tracked(motion, tracking, tell or nobody, keep_steps=True)
     joints = _joints(motion, tracking)
     own = found.joints.tolist()
@@ -166,9 +169,9 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the gains of the review. The gains for the position depend on the frame rate.
+    """Return the gains that the settings specify. The gains for the position depend on `dt`.
 
-    If no joint is tracked, the gains for joints have no effect.
+    `dt` is the frame time in seconds. If no joint is tracked, the gains for joints have no effect.
     """
     usual = Gains.by_hand(dt, causal=tracking.causal)
     if not tracking.joints:
@@ -177,9 +180,10 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return the gains and parts of one pass, and a mask (0 or 1) of the rows with a step.
+    """Return the gains and the parts of one pass, and a mask (0 or 1) of the rows with a step.
 
-    At the start of a pass there is no step, and gains and parts are 0.
+    The first row of a pass has no step, and its gains and parts are 0. `shown` are the indices of
+    the joints.
     """
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))

@@ -1,1 +1,1 @@
-"""Safe reading and writing of files: file kinds, encodings, documents, locks and checksums."""
+"""Read and write files safely: kinds of files, encodings, documents, locks and checksums."""

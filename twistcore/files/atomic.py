@@ -1,6 +1,6 @@
-"""Write files atomically: at any time, a file has either its old or its new contents.
+"""Write files atomically, so that a file always has either its old or its new contents.
 
-Streams and devices cannot be replaced. Data is written directly into them.
+Data for a stream or a device is written directly, since these cannot be replaced.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from twistcore.errors import TwistError
 from twistcore.files.lock import lock, lock_for_certain
 from twistcore.files.ordinary import is_there, read_file
 
-STANDARD_OUTPUT = Path("/dev/stdout")  # also on systems that have no such file
+STANDARD_OUTPUT = Path("/dev/stdout")  # stands for it, even on systems without this file
 
-_PART_MARK, _PART_END = ".twist", ".part"  # of temporary names
+_PART_MARK, _PART_END = ".twist", ".part"  # end of the names of temporary files
 _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
 _TRIES = 8
 _BINARY = getattr(os, "O_BINARY", 0)
@@ -36,17 +36,18 @@ _REFUSED = {
 def write_atomically(path: Path, data: bytes) -> None:
     """Write all of the data to a path, or nothing if an error occurs.
 
-    A regular file is replaced: the new bytes are written to a temporary file next to it, fsynced
-    and renamed, and the folder is fsynced. Links are followed and kept. The new file has the old
-    one's permissions, and its owner and group if this process may change them (root). Without that
-    permission, the file belongs to the user, as with any program that saves by renaming. Other hard
-    links of the old file keep the old bytes: they may be somebody's backup, and a complete file is
-    worth more than a shared one.
+    For a regular file:
 
-    Open descriptors of this process (STANDARD_OUTPUT, /dev/fd/N), FIFOs and character devices are
-    written into and not replaced. Opening a FIFO waits for its reader.
+    - The data is written to a temporary file next to it, which is flushed to disk and renamed.
+    - Links are followed and kept.
+    - The new file has the old one's permissions, and its owner and group if this process may change
+      them (root). If not, the file belongs to the user, as with any program that saves by renaming.
+    - Other hard links of the old file keep the old bytes, since they may be a backup.
 
-    Raises OSError, and BrokenPipeError if the reader has closed its end. The old file is then
+    Data is written directly into an open descriptor of this process (STANDARD_OUTPUT, /dev/fd/N), a
+    FIFO or a character device. Opening a FIFO waits for its reader.
+
+    Raises OSError, or BrokenPipeError if the reader of a pipe has closed it. The old file is then
     unchanged.
     """
     with writing_atomically(path) as file:
@@ -59,7 +60,7 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
 
     Unlike :func:`write_atomically`, this works for data that is too large for memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were
-    written before the exception.
+    written before the exception. Raises OSError.
     """
     try:
         descriptor = _descriptor_to_write(path)
@@ -69,15 +70,15 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
         else:
             with os.fdopen(descriptor, "wb") as file:
                 yield file
-    except OSError as error:  # name the path that the user gave, not a temporary or linked one
+    except OSError as error:  # report the user's path, not a temporary or linked one
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def move_into_place(part: Path, end: Path) -> None:
-    """Rename a finished file to `end`, which is in the same folder (see :func:`destination`).
+    """Rename a finished temporary file to `end`, which is in the same folder.
 
-    The file inherits the permissions and the owner of the replaced file, as in
-    :func:`write_atomically`. Raises OSError.
+    The file gets the permissions and the owner of the replaced file, as in
+    :func:`write_atomically`. `end` must not be a link (see :func:`destination`). Raises OSError.
     """
     _copy_permissions(part, end)
     part.replace(end)
@@ -85,11 +86,11 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path to which all links lead, even if there is no such file.
+    """Return the path to which a path leads through links, even if there is no such file.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
-    OSError for a loop of links, and for a folder, a block device or a socket, because these can be
-    neither replaced nor written into.
+    OSError for a loop of links, and for a folder, a block device or a socket, since these cannot be
+    written.
     """
     end = path
     for _ in range(_MOST_LINKS):
@@ -112,7 +113,7 @@ def destination(path: Path) -> Path:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Remove the half-written files that killed programs left anywhere below a folder.
+    """Remove the half-written files that killed programs left in a folder and its subfolders.
 
     Files of other programs, files of other users and files in use are kept.
     """
@@ -122,13 +123,13 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def is_stream(path: Path) -> bool:
-    """True if the path can only be written into and not be replaced. Raises OSError."""
+    """Return True if a path can only be written into and not be replaced. Raises OSError."""
     end = destination(path)
     return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 
 
 def is_standard_output(path: Path) -> bool:
-    """True if the path leads to standard output, to which `print` writes."""
+    """Return True if a path leads to standard output."""
     try:
         return _descriptor_number(destination(path)) == 1
     except OSError:
@@ -136,12 +137,15 @@ def is_standard_output(path: Path) -> bool:
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """True if both paths lead to the same existing file, for example through a link."""
+    """Return True if both paths lead to the same existing file, for example through a link."""
     return is_there(a) and is_there(b) and a.samefile(b)
 
 
 def _descriptor_number(end: Path) -> int | None:
-    """Return the number of this process's open descriptor at a path without links, or None."""
+    """Return the number of the open descriptor of this process to which a path refers, or None.
+
+    `end` must not be a link.
+    """
     if end == STANDARD_OUTPUT:
         return 1
     folders = ("/dev/fd", f"/proc/{os.getpid()}/fd")
@@ -149,7 +153,10 @@ def _descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """Return a descriptor to write into and close, or None if the path is a file to be replaced."""
+    """Return an open descriptor for a stream, or None if the path is a file to be replaced.
+
+    The caller closes the descriptor.
+    """
     if not is_stream(path):
         return None
     number = _descriptor_number(destination(path))
@@ -181,10 +188,10 @@ def part_name(end: Path, suffix: str = "") -> Path:
 
 
 def open_temporary(part: Path) -> tuple[int, Path]:
-    """Create, open and lock a temporary file with this name, or a similar one if it is in use.
+    """Create, open and lock a temporary file. Return its descriptor and path.
 
-    A file of this user that no process has locked was left by a killed program, and is removed. Any
-    other file is kept, and another name is used. Raises OSError.
+    A file that already exists at `part` is removed if a killed program of this user left it there.
+    Any other file is kept, and the temporary file gets a similar name. Raises OSError.
     """
     for _ in range(_TRIES):
         _remove_left(part)
@@ -192,7 +199,7 @@ def open_temporary(part: Path) -> tuple[int, Path]:
             handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL | _BINARY, 0o600)
             if lock(handle) and _is_at(part, handle):
                 return handle, part
-            os.close(handle)  # another process removed it as a leftover before it was locked
+            os.close(handle)  # another process has removed the file before it was locked
             continue
         break
     import tempfile  # slow to load; few files need another name
@@ -247,7 +254,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _copy_permissions(part: Path, end: Path) -> None:
-    """Give the new file the permissions and owner of the file that it replaces, or the defaults."""
+    """Give a file the permissions and owner of the file that it replaces, or the usual ones."""
     try:
         old = end.stat()
     except FileNotFoundError:
@@ -276,7 +283,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def free_name(path: Path, suffix: str = "") -> Path:
-    """Return the first of NAME, NAME-2, NAME-3 … in the path's folder that does not exist yet.
+    """Return the first of NAME, NAME-2, NAME-3 … that does not exist in the path's folder.
 
     NAME is the name of `path` followed by `suffix`.
     """
@@ -290,8 +297,8 @@ def free_name(path: Path, suffix: str = "") -> Path:
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
     """Write files into a folder, unless they already exist there with the same bytes.
 
-    Raises TwistError before writing anything if an existing file has different bytes, and OSError
-    if writing fails.
+    `companions` has the bytes of the files, keyed by name. Raises TwistError before writing
+    anything if an existing file has different bytes, and OSError if writing fails.
     """
     missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():

@@ -1,8 +1,8 @@
-"""Check the values in a parsed document before any object is built from them.
+"""Check the values in a parsed document before objects are built from them.
 
 A document from an unknown source may contain any value anywhere. Each function returns the value if
-it is as expected. If not, it raises FormatError with the expected value, its place and the value
-found, in one short sentence.
+it is as expected. If not, it raises FormatError with a short sentence that has the expected value,
+its place and the value found. The parameter `what` is the name of the place.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from typing import Any, TypeVar
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.ordinary import open_to_read
 
-MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); a larger number is damaged
-DEGREES = 1e6  # largest size of an angle; a larger angle is damaged
-LARGEST = 1e300  # largest number; real values are far smaller
-_MOST_DIGITS = 30  # digits of an integer; longer ones are slow to parse
-# Maximum size of a file. The session of a long clip with dense offsets has 100 MB.
+MOST_FRAMES = 20_000_000  # largest number of frames of a clip (two days at 115 fps)
+DEGREES = 1e6  # largest size of an angle in degrees
+LARGEST = 1e300  # largest number
+_MOST_DIGITS = 30  # maximum number of digits of an integer, since long ones are slow to parse
+# Maximum size of a file. The session of a long clip with an offset for each frame has 100 MB.
 _MOST_BYTES = 256_000_000
-_MOST_TOML = 1_000_000  # bytes; real files have a few kilobytes
-_MOST_DOTS = 20  # in the keys of a line of TOML; the time for parsing grows with their square
+_MOST_TOML = 1_000_000  # maximum size of a TOML file; real files have a few kilobytes
+_MOST_DOTS = 20  # maximum number of dots in a line of TOML; the parser's time grows as its square
 _QUOTED = re.compile(r""""(?:[^"\\\n]|\\.)*"|'[^'\n]*'|#[^\n]*""")
 _LONGEST_PATH = 32_767  # characters: the limit of Windows, the highest of all systems
 
@@ -40,10 +40,7 @@ _HALF = 100  # characters kept at each end of a text that is still too long
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
-    """Return the bytes of a file.
-
-    Raises TwistError if it is unreadable or larger than `most` bytes.
-    """
+    """Return the bytes of a file. Raises TwistError if unreadable or larger than `most` bytes."""
     try:
         with open_to_read(path) as file:
             status = os.fstat(file.fileno())
@@ -60,7 +57,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
 
 
 def parsed_toml(data: bytes) -> dict[str, Any]:
-    """Parse TOML bytes. Raises FormatError if they are not valid TOML."""
+    """Parse a TOML file, given as bytes. Raises FormatError if it is not valid TOML."""
     import tomllib  # slow to load; few commands need it
 
     if len(data) > _MOST_TOML:
@@ -77,7 +74,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
 
 
 def parsed_json(data: bytes | str) -> Any:
-    """Parse JSON. Raises FormatError if it is not valid or contains NaN or infinity."""
+    """Parse JSON. Raises FormatError if it is not valid, or contains NaN or infinity."""
     try:
         return json.loads(data, parse_int=_whole, parse_float=_finite, parse_constant=_no_number)
     except RecursionError:
@@ -103,25 +100,25 @@ def _no_number(word: str) -> float:
 
 
 def shown_value(value: object) -> str:
-    """Return a value for a message: short, on one line, with unprintable characters escaped."""
+    """Return a value as text for a message: short, on one line, and printable."""
     shown = _SHOWN.repr(value)
     return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message, which may quote a document, short and printable."""
+    """Return a message of another program, shortened and with unprintable characters escaped."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """Return a FormatError that states the expected value and the value that was found."""
+    """Return a FormatError with the expected value, its place `what`, and the value found."""
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
 @contextmanager
-def saying(place: object) -> Iterator[None]:
-    """Prefix the message of any FormatError raised in the block with `place`."""
+def errors_naming(place: object) -> Iterator[None]:
+    """Add `place` at the start of the message of any FormatError raised in the block."""
     try:
         yield
     except FormatError as error:
@@ -129,7 +126,7 @@ def saying(place: object) -> Iterator[None]:
 
 
 def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
-    """Return the document if it is a JSON object that has all of these keys."""
+    """Return the document if it is a JSON object with all of these keys."""
     if not isinstance(document, Mapping):
         raise unexpected("an object", what, document)
     for key in keys:
@@ -146,7 +143,7 @@ def text(value: Any, what: str) -> str:
 
 
 def path_text(value: Any, what: str) -> str:
-    """Return the value if it can be a path, with escapes for bytes that are not UTF-8."""
+    """Return the value if it can be a path. Bytes that are not UTF-8 may be surrogate escapes."""
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -158,14 +155,14 @@ def path_text(value: Any, what: str) -> str:
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return the value if it is true or false. Numbers are not accepted."""
+    """Return the value if it is a bool. Numbers are not accepted."""
     if not isinstance(value, bool):
         raise unexpected("true or false", what, value)
     return value
 
 
 def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
-    """Return the value as a float if it is a finite number from `low` to `high`, but not a bool."""
+    """Return the value as a float if it is a finite number from `low` to `high` and not a bool."""
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
         raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
@@ -180,7 +177,7 @@ def above_zero(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """Return the value if it is an integer from `low` to `high`, but not a bool."""
+    """Return the value if it is an integer from `low` to `high` and not a bool."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
         raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
@@ -214,15 +211,18 @@ def texts(value: Any, what: str) -> tuple[str, ...]:
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Apply `read` to every item of a list. An error message gives the number of the wrong item."""
+    """Apply `read` to every item of a list. An error message has the number of the wrong item."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
-        with saying(f"{what}, number {k}"):
+        with errors_naming(f"{what}, number {k}"):
             found.append(read(one))
     return tuple(found)
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return `start` and `stop` of an entry, which must be a non-empty span that ends by `last`."""
+    """Return the frames `start` and `stop` of an entry, which must be a non-empty span.
+
+    `last` is the largest allowed value of `stop`.
+    """
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

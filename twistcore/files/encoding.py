@@ -2,9 +2,9 @@
 
 Names of joints in a BVH, and paths, may contain bytes that are not UTF-8, since older programs
 write Latin-1. Python reads each such byte 0xXX as the lone surrogate U+DCXX (surrogateescape),
-which UTF-8 cannot encode. These functions write it as the six characters backslash-udcXX. In JSON
-this is the escape for the surrogate, so reading the file gives the same name again. In other text
-it is at least visible.
+which UTF-8 cannot encode. These functions write it as the six characters backslash-udcXX. In JSON,
+these are the escape for the surrogate, so reading the file gives the same name again. In other
+text, they are at least visible.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import Any
 
 # Patterns are compiled on first use, because most commands need only one of them.
 _ESCAPED = r"\\u(dc[89a-f][0-9a-f])"
-# Characters that a terminal or text renderer obeys instead of displaying: control and escape
+# Characters that control a terminal or text renderer instead of being displayed: control and escape
 # characters, Unicode line ends, marks of the writing direction, and bytes that are not UTF-8.
 _IN_LINE = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
 _OBEYED = f"[{_IN_LINE}]"
 _OBEYED_IN_LINES = f"(?![\n\t])[{_IN_LINE}]"
-# Places where a spreadsheet would begin a formula: the start of a cell, and after a character that
+# Places where a spreadsheet may begin a formula: the start of a cell, and after a character that
 # some programs treat as the end of a cell, such as a semicolon.
 _SIGNS = "=+\\-@\uff1d\uff0b\uff0d\uff20"
 _AT_START, _BEHIND = f"(?=[ ']*[{_SIGNS}\t\r\n])", f"(?=[ ']*[{_SIGNS}])"
@@ -36,17 +36,17 @@ def encoded(text: str) -> bytes:
 
 
 def escaped(text: str) -> str:
-    """Return text with the escapes of :func:`encoded`, for any Unicode encoding."""
+    """Return text in which bytes that were not valid UTF-8 are backslash escapes."""
     return encoded(text).decode("utf-8")
 
 
 def unescaped(text: str) -> str:
-    """Decode the escapes that :func:`escaped` writes."""
+    """Replace the escapes that :func:`escaped` writes by the original surrogates."""
     return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 
 def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
-    r"""Return the text of an object with all control characters escaped, such as `\x1b`.
+    r"""Return an object's text with all control characters escaped, such as `\x1b`.
 
     Set `lines` to True to keep line ends and tabs. `most` is the maximum number of characters
     before '…', or 0 for no maximum.
@@ -57,7 +57,7 @@ def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
 
 
 def legible_json(text: str) -> str:
-    r"""Return a line of JSON in which control characters are JSON escapes such as `\u001b`."""
+    r"""Return a line of JSON in which control characters are JSON escapes, such as `\u001b`."""
     return re.sub(_OBEYED, lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
@@ -67,17 +67,17 @@ def json_text(document: Any, *, indent: int | None = 1) -> str:
 
 
 def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
-    """Return a document as the bytes of a JSON file, ending in a newline."""
+    """Return a document as the bytes of a JSON file. Raises ValueError as in :func:`json_text`."""
     return json_text(document, indent=indent).encode() + b"\n"
 
 
 def toml_string(text: str) -> str:
-    """Return a text as a TOML string. Unlike JSON, TOML requires DEL to be escaped."""
+    """Return a text as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
     return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return CSV with a line of column names and one line per row. None becomes an empty cell.
+    """Return rows as CSV with a header. None becomes an empty cell.
 
     An apostrophe is added to text that a spreadsheet would read as a formula (:func:`cell`).
     """
@@ -86,17 +86,17 @@ def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
-    """Return rows as lines of CSV without a header."""
+    """Return rows as CSV without a header. Text that looks like a formula gets an apostrophe."""
     import csv  # loaded here because few commands need it
 
     lines = _Lines()
-    # With this terminator the writer quotes both \r and \n in cells.
+    # With this terminator, the writer quotes cells with \r or \n.
     csv.writer(lines, lineterminator="\r\n").writerows([cell(x) for x in row] for row in rows)
     return "".join(lines)
 
 
 class _Lines(list[str]):
-    """The lines that a CSV writer produces, with line ends changed to a single newline."""
+    """The lines that a CSV writer produces, with a single newline at the end of each."""
 
     def write(self, line: str) -> None:
         """Append a line."""
@@ -106,7 +106,7 @@ class _Lines(list[str]):
 def cell(value: Any) -> Any:
     """Return a value for a CSV cell, with an apostrophe before text that looks like a formula.
 
-    :func:`text_in_cell` is the reverse. All numbers stay unchanged, including negative ones.
+    Numbers stay unchanged, including negative ones. :func:`text_in_cell` removes the apostrophe.
     """
     if not isinstance(value, str) or re.fullmatch(_NUMBER, value):
         return value
@@ -114,5 +114,5 @@ def cell(value: Any) -> Any:
 
 
 def text_in_cell(text: str) -> str:
-    """Return the text in a CSV cell without the apostrophe. This is the reverse of :func:`cell`."""
+    """Return the text in a CSV cell without the apostrophe that :func:`cell` added."""
     return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from twistcore.files.wide_text import narrow_head
 
-LOOKED_AT = 512  # number of bytes at the start of a file from which it is recognised
+LOOKED_AT = 512  # number of bytes at the start of a file from which its kind is recognised
 
 _CONVERT = "convert it to BVH with `twistcore convert`"
 _UNPACK = "unpack it first"
@@ -15,13 +15,21 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """A kind of file: `words` is its name ('an FBX file (binary)'), and `advice` may be empty."""
+    """A kind of file.
+
+    Parameters
+    ----------
+    words
+        The kind's name, such as 'an FBX file (binary)'.
+    advice
+        Advice for a user who has given such a file by mistake, or ''.
+    """
 
     words: str
     advice: str = ""
 
 
-# Formats that can be read, and formats of this project. Readers ignore the kind that they expect.
+# Formats that can be read, and formats of this project.
 BVH = FileKind("a BVH file", "give it a name that ends in .bvh")
 NPZ = FileKind("an .npz", "give it a name that ends in .npz")
 AMC = FileKind("an AMC file", "give it a name that ends in .amc")
@@ -80,7 +88,7 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 def kind_of(head: bytes) -> FileKind | None:
     """Return the kind of a file from its first 512 bytes, or None if unknown.
 
-    Text may be in UTF-16 or UTF-32.
+    Text may be in UTF-8, UTF-16 or UTF-32.
     """
     head = narrow_head(head)
     for beginning, kind in _BEGINNINGS:
@@ -92,8 +100,8 @@ def kind_of(head: bytes) -> FileKind | None:
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
     """Return a message such as 'expected a BVH file, but this is a PNG image', or None.
 
-    `expected` are the kinds that the reader accepts; the message mentions the first of them. The
-    result is None for an expected or unknown kind.
+    `head` are the first bytes of a file. `expected` are the kinds that the reader accepts; the
+    message mentions the first of them. The result is None for an expected or unknown kind.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:
@@ -124,14 +132,14 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D: byte 2 is 0x50, and byte 1, the parameter block's number, is usually 2."""
+    """Recognise a C3D by the second byte, 0x50, and the first, a block number that is usually 2."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None
 
 
 def _pickle(head: bytes) -> FileKind | None:
-    """Recognise pickle protocols 2 to 5, which have been the default since Python 3.0."""
+    """Recognise a pickle of protocol 2 to 5. Python 3 writes such pickles by default."""
     return PICKLE if head[:1] == b"\x80" and head[1:2] in (b"\2", b"\3", b"\4", b"\5") else None
 
 

@@ -1,4 +1,4 @@
-"""Locks of the operating system on open files. They are released when the program ends."""
+"""Lock open files with the operating system, which releases the locks when the program ends."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ else:
     import fcntl
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
-_FAR = 1 << 40  # Windows locks bytes, not files: this is a byte that nobody reads
+_FAR = 1 << 40  # position of the byte to lock, beyond the data, since Windows locks bytes
 
 
 def lock(handle: int) -> bool:
-    """Lock an open file. Return False if it is already locked through another open file.
+    """Lock an open file, given by its descriptor.
 
-    Returns True on a file system without locks.
+    Returns False if it is already locked through another open file. Returns True on a file system
+    without locks.
     """
     try:
         _lock(handle)
@@ -30,7 +31,7 @@ def lock(handle: int) -> bool:
 
 
 def lock_for_certain(handle: int) -> bool:
-    """Lock an open file. Return False if it is already locked or the file system has no locks."""
+    """Lock an open file. Return False if it is already locked, or if locks are not supported."""
     try:
         _lock(handle)
     except OSError:
@@ -39,7 +40,7 @@ def lock_for_certain(handle: int) -> bool:
 
 
 def is_held(path: Path) -> bool:
-    """True if a running program has locked the file. False if the file cannot be opened."""
+    """Return True if a running program has locked the file, False if it cannot be opened."""
     try:
         handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:

@@ -1,4 +1,4 @@
-"""The SHA-256 of files, cached until a file changes (its size, time or inode)."""
+"""Compute the SHA-256 of files, and cache it until a file's size, time or inode changes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from twistcore.files.ordinary import is_file, open_to_read
 
-_LONG = 50_000_000  # bytes; reading so many takes about 50 ms, which users do not notice
+_LONG = 50_000_000  # bytes, which take about 50 ms to read
 _MOST = 1000  # maximum number of files in the cache; the oldest entries are removed first
 
 _State = tuple[int, int, int]
@@ -17,13 +17,16 @@ _marks: dict[Path, tuple[_State, str]] = {}
 
 
 def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file. The file is always read, never the cache. Raises OSError."""
+    """Return the SHA-256 of a file, without using the cache. Raises OSError."""
     with open_to_read(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file. The file is read again only if it has changed. Thread-safe."""
+    """Return the SHA-256 of a file, read again only if the file has changed. Raises OSError.
+
+    Thread-safe.
+    """
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
@@ -36,13 +39,13 @@ def file_mark(path: Path) -> str:
 
 
 def found_file(places: Iterable[Path], mark: str) -> Path | None:
-    """Return the first existing file with this SHA-256, or else the first existing file."""
+    """Return the first file with the SHA-256 `mark`, or else the first existing file, or None."""
     there = [path for path in places if is_file(path)]
     return next((path for path in there if file_mark(path) == mark), (*there, None)[0])
 
 
 def takes_long(path: Path) -> bool:
-    """True if computing the mark takes so long that it should be done in a thread.
+    """Return True if :func:`file_mark` would take so long that a thread should call it.
 
     The result is False if the file is missing.
     """
@@ -53,7 +56,7 @@ def takes_long(path: Path) -> bool:
 
 
 def forget_marks(paths: Iterable[Path]) -> None:
-    """Remove the marks of these files from the cache, so that the files are read again."""
+    """Remove files from the cache, so that they are read again."""
     for path in paths:
         _marks.pop(path, None)
 

@@ -1,4 +1,4 @@
-"""Read regular files only. Reading other files, such as devices, may block or never end."""
+"""Read only regular files, because reading other files, such as devices, may never end."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ _REFUSED = {
 
 
 def read_file(path: Path | str) -> bytes:
-    """Return all bytes of a file. Raises OSError like :func:`open_to_read`."""
+    """Return all bytes of a regular file. Raises OSError as in :func:`open_to_read`."""
     with open_to_read(path) as file:
         return file.read()
 
 
 def read_text_file(path: Path | str) -> str:
-    """Return the text of a UTF-8 file without a byte order mark.
+    """Return the text of a UTF-8 file, without a byte order mark.
 
-    Raises OSError or UnicodeDecodeError.
+    Raises OSError, or UnicodeDecodeError if the text is not UTF-8.
     """
     return read_file(path).decode("utf-8-sig")
 
 
 def open_to_read(path: Path | str) -> BufferedReader:
-    """Open a file for reading. Raises OSError, also for a FIFO, a socket or a device.
+    """Open a regular file for reading. Raises OSError, also for a FIFO, a socket or a device.
 
-    Descriptors that this process inherited may be of any type, because another program is at the
-    other end. These are /dev/stdin, /dev/fd/N and therefore a shell's `<(…)`.
+    The descriptors /dev/stdin and /dev/fd/N, and therefore a shell's `<(…)`, may be of any type,
+    because another program has opened them for this one.
     """
     path = Path(path)
     if _was_given(path):
         return path.open("rb")
-    check_ordinary(path, path.stat().st_mode)  # before open(), which has effects on some devices
+    check_ordinary(path, path.stat().st_mode)  # first, since opening some devices has effects
     file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _AT_ONCE))  # noqa: SIM115
     try:
         check_ordinary(path, os.fstat(file.fileno()).st_mode)
@@ -56,7 +56,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
 
 
 def check_no_links(folder: Path, path: Path) -> None:
-    """Raise TwistError if any part of the path below the folder is a symbolic link.
+    """Raise TwistError if any part of a path below `folder` is a symbolic link.
 
     Use this for output folders in which the program chooses the file names.
     """
@@ -71,23 +71,24 @@ def check_no_links(folder: Path, path: Path) -> None:
 
 
 def is_there(path: Path | str) -> bool:
-    """True if the path exists. False if it does not, or if this cannot be determined.
+    """Return True if a path exists, False if not or if this cannot be determined.
 
-    `Path.exists` raises an error for a name that is too long and for a folder without access.
+    Unlike `Path.exists`, the function raises no error for a name that is too long or for a folder
+    without access.
     """
     return os.path.exists(path)  # noqa: PTH110
 
 
 def is_file(path: Path | str) -> bool:
-    """True if the path leads to a regular file. False if not, or if this cannot be determined."""
+    """Return True if a path leads to a regular file, False if this cannot be determined."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return one of the user's folders or, if there is no home, a path that cannot be created.
+    """Return a folder of the user or, without a home folder, a path that cannot be created.
 
     `find` is a function of platformdirs. Without a home folder, it raises an error or, in older
-    versions, returns a path that begins with '~', which would be created in the current folder.
+    versions, returns a path that begins with '~' and would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():
@@ -98,7 +99,7 @@ def own_folder(find: Callable[[], Path]) -> Path:
 def real_path(path: Path) -> Path:
     """Return the absolute path with links resolved as far as possible.
 
-    `Path.resolve` raises an error for a loop of links. This function returns the path of the link.
+    Unlike `Path.resolve`, the function returns the path of the link for a loop of links.
     """
     return Path(os.path.realpath(path))
 
@@ -111,7 +112,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError unless `mode`, from `stat`, belongs to a regular file."""
+    """Raise OSError unless a file with this mode, from `stat`, is a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

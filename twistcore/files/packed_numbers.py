@@ -1,4 +1,4 @@
-"""Arrays of numbers in the JSON data of web pages."""
+"""Encode arrays of numbers for the JSON data of web pages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
 def packed(values: Any, kind: str) -> dict[str, str]:
     """Encode an array as little-endian numbers in base64.
 
-    `kind` is the type of the numbers, a key of _KINDS.
+    `kind` is the type of the numbers, such as 'f4' (see _KINDS).
     """
     data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
     return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}

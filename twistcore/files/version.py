@@ -1,3 +1,3 @@
-"""The version of both packages, also read by pyproject.toml."""
+"""The version of both packages, which pyproject.toml reads from here."""
 
 __version__ = "0.3.0"

@@ -1,11 +1,11 @@
-"""Recognise and decode text in UTF-16 or UTF-32, as written by shells and some editors."""
+"""Recognise and decode text in UTF-16 or UTF-32, which shells and some editors write."""
 
 from __future__ import annotations
 
 import codecs
 from dataclasses import dataclass, field
 
-_MARKS = (  # UTF-32 first, because its mark begins like UTF-16's mark
+_MARKS = (  # UTF-32 is first, because its mark begins with the mark of UTF-16
     (codecs.BOM_UTF32_LE, "utf-32-le"),
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
@@ -18,14 +18,16 @@ _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 
 @dataclass(frozen=True)
 class WideText:
-    """A file's text as UTF-8, with its byte order mark and the data to encode it again.
+    """The text of a file in UTF-16 or UTF-32, converted to UTF-8.
 
     Attributes
     ----------
+    text
+        The text in UTF-8, with its byte order mark.
     codec
-        'utf-16-le' or similar.
+        The codec of the file, such as 'utf-16-le'.
     rest
-        Bytes at the end that do not form a complete character.
+        Bytes at the end of the file that do not form a complete character.
     """
 
     text: bytes = field(repr=False)
@@ -38,7 +40,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
+        """Encode a changed text with the file's codec."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
@@ -58,13 +60,13 @@ def wide_text(data: bytes) -> WideText | None:
 
 
 def wide_codec(data: bytes) -> str | None:
-    """Return the codec of text in UTF-16 or UTF-32 from its first bytes, or None for others."""
+    """Return the codec of text in UTF-16 or UTF-32 from its first bytes, or None."""
     marked = next((codec for mark, codec in _MARKS if data.startswith(mark)), None)
     return marked or next((codec for codec in _WIDTHS if _is_ascii(data, codec)), None)
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return a message if the file is in UTF-16 or UTF-32, for readers that do not accept it."""
+    """Return a message if a file is in UTF-16 or UTF-32, for readers that do not accept these."""
     codec = wide_codec(data)
     if codec is None:
         return None
@@ -78,7 +80,7 @@ def narrow_head(head: bytes) -> bytes:
 
 
 def _is_ascii(data: bytes, codec: str) -> bool:
-    """True if the first characters are ASCII when read in this encoding."""
+    """Return True if the first characters are printable ASCII when decoded with this codec."""
     width = _WIDTHS[codec]
     some = data[: _LETTERS * width]
     if len(some) < _LETTERS * width or 0 not in some:  # a decoder takes a while to load

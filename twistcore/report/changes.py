@@ -1,4 +1,4 @@
-"""Measure what a correction changed, and check that nothing else changed."""
+"""Measure the changes that a correction made, and check that nothing else changed."""
 
 from __future__ import annotations
 
@@ -34,9 +34,16 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """The change of a joint's local rotation: number of frames, largest angle and RMS, in degrees.
+    """The change of a joint's local rotation by a correction.
 
-    The RMS is over the frames in which the rotation changed.
+    Attributes
+    ----------
+    joint
+        Name of the joint.
+    frames
+        Number of frames in which the rotation changed.
+    max_deg, rms_deg
+        Largest and root mean square angle of the change over these frames, in degrees.
     """
 
     joint: str
@@ -47,13 +54,15 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """A comparison of a written file, after reading it back, with its source.
+    """The result of comparing a written file with its source.
 
     Attributes
     ----------
+    name
+        Name of the written file.
     what
-        The compared units: 'columns' of numbers, compared byte by byte, or 'joints', with rotations
-        compared bit by bit.
+        The compared parts: 'columns' of numbers, compared byte by byte, or 'joints', whose
+        rotations are compared bit by bit.
     total
         Number of columns or joints.
     same
@@ -74,12 +83,16 @@ class FidelityCheck:
 
 @dataclass(frozen=True)
 class MeasureSum:
-    """The changes of one protected measure in all corrections.
+    """The changes of one protected measure by all corrections.
+
+    A protected measure is a quantity that a correction must not make worse.
 
     Attributes
     ----------
+    name, unit
+        Name and unit of the measure.
     measured
-        Number of corrections that have this measure.
+        Number of corrections for which the measure is defined.
     better, worse
         Number of corrections that improved or worsened it.
     most
@@ -99,7 +112,7 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction of a chain in frames [start, stop) that made a joint's measure worse."""
+    """A correction of a chain in frames [start, stop) that made a measure of a joint worse."""
 
     chain: str
     start: int
@@ -115,10 +128,18 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return the effect of the corrections on each protected measure of limbs and neighbours.
+    """Return the changes of each protected measure of limbs and their neighbours.
 
-    `applied` are the corrected intervals; each one is measured with all others corrected, too.
-    `finds` are all intervals of the clip.
+    Parameters
+    ----------
+    motion
+        The motion before the correction.
+    chains
+        The chains and limbs.
+    applied
+        The corrected intervals. Each one is measured with all others corrected, too.
+    finds
+        All intervals of the clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}
@@ -146,7 +167,7 @@ def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> Me
 
 
 def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:
-    """Return the changes of all joints whose rotation differs, in the skeleton's order."""
+    """Return the changes of all joints whose rotation differs, in the order of `difference`."""
     spans: dict[str, list[tuple[int, int]]] = {}
     for run in difference.joints:
         spans.setdefault(run.joint, []).append((run.start, run.stop))
@@ -163,7 +184,11 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
 
 
 def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
-    """Read back the written file and compare it with its source. Raises TwistError."""
+    """Read a written file and compare it with its source.
+
+    `refined` is the corrected motion. Raises TwistError if the file cannot be read or has other
+    numbers of frames, joints or columns.
+    """
     again = read_clip(written)
     head: bool | None = None
     if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
@@ -208,7 +233,7 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
 
 
 def remaining_detection(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
-    """Detect the errors that remain in the corrected motion, with the same detector and τ."""
+    """Detect errors in the corrected motion, with the review's detector and τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))
     known = {name: t for name, t in found.tau.items() if name in state.tau}

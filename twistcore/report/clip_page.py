@@ -20,7 +20,7 @@ from twistcore.report.changes import (
     remaining_detection,
 )
 from twistcore.report.curve_drawing import ClipCurves
-from twistcore.report.document import Report, reported_moves
+from twistcore.report.document import Report, moves_for_page
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn
 from twistcore.report.worst_finds import shown_finds, shown_player, worst_finds
@@ -31,9 +31,14 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Home:
-    """The folder page to which a clip's page belongs.
+    """The page of the batch folder to which a clip's page belongs.
 
-    `address` is the path of the folder page relative to the clip's page.
+    Attributes
+    ----------
+    title
+        The text of the link to the folder's page.
+    address
+        Path of the folder's page, relative to the clip's page.
     """
 
     title: str
@@ -48,8 +53,16 @@ def clip_page(
 ) -> str:
     """Return the page of a clip as HTML.
 
-    `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures. If there
-    are none, the page does not mention them.
+    Parameters
+    ----------
+    document
+        The report as JSON data, from :func:`document.report_to_json`.
+    report
+        The report.
+    drawn
+        The pictures, or None for a page without pictures.
+    home
+        The folder's page, if the clip belongs to a batch.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -76,7 +89,7 @@ def clip_page(
         ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
-        **reported_moves(document, report),
+        **moves_for_page(document, report),
         **_changes(report),
     )
 
@@ -87,7 +100,7 @@ def clip_page(
 def _decisions(
     document: Mapping[str, Any], report: Report
 ) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
-    """Return the entries of all intervals, with additional data for the page."""
+    """Return the JSON entry of each interval, with further data that the page shows."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
         largest, rms = largest_and_rms(one.interval.offset)
@@ -129,7 +142,7 @@ def _changes(report: Report) -> dict[str, Any]:
 
 
 def _strength_by(analysis: ClipAnalysis, method: str) -> str:
-    """Return the name of the review's detector, or of the default if it is missing or fails."""
+    """Return the review's detector, or the default one if it is missing or fails on the clip."""
     with suppress(TwistError):
         analysis.by(DETECTORS.usable(method))
     return analysis.usable(method)
@@ -147,9 +160,9 @@ def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
 
 
 def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
-    """Return the earlier verdict on a remaining interval, or 'new' if there was none.
+    """Return the verdict on an interval that remains in the corrected clip, or 'new' without one.
 
-    `entry` is the interval as in `detect --json`.
+    `entry` is the remaining interval as in `detect --json`.
     """
     name = entry.get("limb") or entry["chain"]
     same = [

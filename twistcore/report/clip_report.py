@@ -1,4 +1,4 @@
-"""Write a clip's report: an HTML page, the intervals as CSV, and all data as JSON."""
+"""Write the report on a clip: an HTML page, the intervals as CSV, and all data as JSON."""
 
 from __future__ import annotations
 
@@ -17,27 +17,43 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.reading import file_prefix
 from twistcore.report.clip_page import clip_page
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
-from twistcore.report.worst_finds import drawn_with
+from twistcore.report.worst_finds import draw_pictures
 
 
 def write_clip_report(
     folder: Path, report: Report, *, pictures: bool = False, play: bool = False
 ) -> tuple[Path, ...]:
-    """Write the report into `folder`, which is created if missing, and return the files' paths.
+    """Write the report on a clip into a folder, and return the paths of the files.
 
-    The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
-    The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
-    being written, it also lists the SHA-256 of the files that they replace, so that the next run
-    recognises either version after a crash. With `play`, a page with pictures also plays its
-    intervals. Raises TwistError like :func:`check_report`, and
-    OSError.
+    The files are NAME.report.html, NAME.report.json, NAME.intervals.csv, and NAME.markers.py for
+    Blender. The JSON lists the SHA-256 of the other files and of the files in `report.files`. While
+    the files are being written, it also lists the SHA-256 of the files that they replace, so that
+    the next run recognises either version after a crash.
+
+    Parameters
+    ----------
+    folder
+        The folder, which is created if missing.
+    report
+        The report.
+    pictures
+        True to draw pictures.
+    play
+        True for a page with pictures that also plays the intervals.
+
+    Raises
+    ------
+    TwistError
+        If a file would be replaced that must be kept, as in :func:`check_report`.
+    OSError
+        If a file cannot be written.
     """
     name = report.name or file_prefix(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
-    drawn = drawn_with(report, play) if pictures else None
+    drawn = draw_pictures(report, play) if pictures else None
     written = {
         page: encoded(clip_page(document, report, drawn)),
         table: encoded(intervals_csv(report)),
@@ -54,7 +70,7 @@ def write_clip_report(
 
 
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
-    """Raise TwistError if a report would replace a file of another program or of another clip.
+    """Raise TwistError if a report would replace another program's file or another clip's report.
 
     `clip` is the reported clip. If it is None, the report of another clip may be replaced. A clip
     with the same name but other bytes counts as a new version of the reported clip.
@@ -79,33 +95,33 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 
 def _other_clip(listing: Path, clip: Clip) -> str:
-    """Return the name of a different clip in a report's JSON, or ''."""
+    """Return the name of the clip of an existing report if it is not `clip`, or ''."""
     document = listed_report(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
-    """Return True if the existing report is about a file with this clip's name but other bytes.
+    """Return True if the existing report is about a file with the clip's name but other bytes.
 
-    That file may be an earlier version of the clip or a clip from another folder; the two cannot be
-    distinguished.
+    That file may be an earlier version of the clip or a clip from another folder. The two cases
+    cannot be distinguished.
     """
     mark = listed_report(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Return the paths of a report's HTML, CSV, markers and JSON files, in this order."""
+    """Return the paths of the HTML, CSV, markers and JSON files of a report, in this order."""
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
-    """Return the SHA-256 values in a report's JSON, keyed by file name.
+    """Return the SHA-256 values that a report's JSON lists, keyed by file name.
 
     A file that is being replaced has two values. Names and values are not checked. The result is
-    empty if the file is missing or is not a report. Raises TwistError if it cannot be read.
+    empty if the JSON is missing or is not a report. Raises TwistError if it cannot be read.
     """
     document = listed_report(listing)
     try:
@@ -116,7 +132,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
 
 
 def listed_report(listing: Path) -> dict[str, Any]:
-    """Return a report's JSON, or an empty dict if it is missing or not a report.
+    """Return the contents of a report's JSON, or {} if it is missing or not a report.
 
     Raises TwistError if it cannot be read.
     """

@@ -1,8 +1,9 @@
 """Draw the curves of a chain or limb as short SVG paths, to keep pages with many curves small.
 
-For each column of the plot, a path has one or two points: the lowest and the highest value of the
-frames in the column, so that a jump in a single frame remains visible. x is the column, and y is 0
-at the top and HEIGHT at the bottom. The page scales both.
+A plot has columns of pixels, and each column covers several frames. For each column, a path has one
+or two points: the lowest and the highest value of these frames, so that a jump in a single frame
+remains visible. In a path, x is the column, and y is 0 at the top and HEIGHT at the bottom. The
+page scales both.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 HEIGHT = 100
-MOST_PANELS = 8  # maximum number of chains for a clip, worst first
+MOST_PANELS = 8  # maximum number of chains that are drawn for a clip
 _MOST_COLUMNS = 480
 _MOST_BYTES = 46_000  # for all curves of a clip, approximately
-_BYTES = 9.0  # points for a column of a curve
+_BYTES = 9.0  # usual length of a column of a curve
 _ROWS = 3
 _SAME = np.radians(0.05)  # curves that differ by less are drawn as one
 _AROUND = 0.5  # seconds before and after an enlarged interval
@@ -34,7 +35,15 @@ _AROUND = 0.5  # seconds before and after an enlarged interval
 
 @dataclass(frozen=True)
 class CurvePath:
-    """A path with its style, which is 'same', 'before', 'after' or 'strength'."""
+    """An SVG path and its style.
+
+    Attributes
+    ----------
+    look
+        The style: 'same', 'before', 'after' or 'strength'.
+    path
+        The path's commands.
+    """
 
     look: str
     path: str
@@ -42,10 +51,18 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """The plot of one quantity, with its symbol and the values at its lower and upper edge.
+    """The plot of one quantity.
 
-    The values are in degrees. `tau` is the y coordinate of the threshold, from 0 at the top to
-    HEIGHT, or None for a quantity without a threshold.
+    Attributes
+    ----------
+    symbol, meaning
+        Symbol and name of the quantity.
+    low, high
+        Values at the lower and at the upper edge, in degrees.
+    lines
+        The curves.
+    tau
+        The y coordinate of the threshold, from 0 at the top to HEIGHT, or None without a threshold.
     """
 
     symbol: str
@@ -58,7 +75,17 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel: its first column x, its width in columns, and its decision."""
+    """An interval in a panel.
+
+    Attributes
+    ----------
+    x, width
+        First column and width in columns.
+    verdict
+        The verdict on the interval.
+    text
+        The interval's frames, offset and verdict.
+    """
 
     x: float
     width: float
@@ -68,7 +95,23 @@ class Band:
 
 @dataclass(frozen=True)
 class Panel:
-    """The curves of one chain over frames [start, stop)."""
+    """The plots of one chain over the same frames.
+
+    Attributes
+    ----------
+    chain, label
+        Name and displayed name of the chain.
+    start, stop
+        The frames [start, stop).
+    columns
+        Number of columns of pixels.
+    rows
+        The plots.
+    bands
+        The intervals.
+    tau_deg
+        The threshold in degrees.
+    """
 
     chain: str
     label: str
@@ -81,14 +124,20 @@ class Panel:
 
 
 class ClipCurves:
-    """The curves of a clip under review.
+    """Draws the curves of a clip under review.
 
     Parameters
     ----------
+    analysis
+        The analysis of the clip.
+    method
+        The detector whose strength is drawn.
     tau
         τ in radians, keyed by the name of the chain or limb.
+    judged
+        The intervals under review.
     verdict
-        Function that returns the text of the verdict on an interval.
+        A function that returns the text of the verdict on an interval.
     """
 
     def __init__(
@@ -104,14 +153,15 @@ class ClipCurves:
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
-        # Curves are unwrapped along these angles, which seldom jump by half a turn.
+        # Curves are unwrapped along the angles of the corrected motion, which seldom jump by 180°.
         self._expected = Corrected(analysis)
         self._expected.take(j.interval for j in judged if _is_expected(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and the number of other panels.
+        """Return the panels of the worst chains, worst first, and the number of other chains.
 
-        `corrected` is the motion with the accepted intervals applied.
+        Chains without intervals have no panel. `corrected` computes the angles after the
+        correction.
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
@@ -136,7 +186,10 @@ class ClipCurves:
         return tuple(drawn), len(known) - len(worst)
 
     def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
-        """Return an enlarged panel of an interval, or None if its chain is missing."""
+        """Return a panel that enlarges an interval, or None if the clip lacks its chain.
+
+        `corrected` computes the angles after the correction.
+        """
         interval, motion = judged.interval, self._analysis.motion
         every = self._analysis.chains_and_limbs
         chain = next((c for c in every if c.name == interval.chain), None)
@@ -172,7 +225,10 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return (symbol, meaning, angles before, angles after) of each row, unwrapped, radians."""
+        """Return the symbol, the name, and the angles before and after the correction of each row.
+
+        The angles are unwrapped and in radians, shape (frames,).
+        """
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle
@@ -195,19 +251,22 @@ class ClipCurves:
 
 
 def frames_around(interval: Interval, motion: Motion) -> Span:
-    """Return an interval's frames with half a second before and after them, [start, stop)."""
+    """Return the span [start, stop) of an interval with half a second before and after it."""
     around = max(3, round(_AROUND * motion.fps))
     return max(0, interval.start - around), min(motion.frames, interval.stop + around)
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap both angles so that they differ from `expected`, unwrapped, by at most half a turn."""
+    """Unwrap two angles along a third one, `expected`, and return them.
+
+    They differ from the unwrapped `expected` by at most half a turn.
+    """
     way = np.unwrap(expected)
     return way + wrap(before - expected), way + wrap(after - expected)
 
 
 def weight(judged: Judged) -> float:
-    """Return the severity of an interval: degrees × frames, or its angle if it has no offset."""
+    """Return how bad an interval is, in degrees × frames, or its angle if it has no offset."""
     interval = judged.interval
     if not judged.counts:
         return float(abs(np.degrees(interval.residual)))
@@ -215,17 +274,17 @@ def weight(judged: Judged) -> float:
 
 
 def _is_expected(judged: Judged) -> bool:
-    """Return True if the expected angle, without errors, includes an interval's correction."""
+    """Return True if the expected motion, without errors, contains an interval's correction."""
     return judged.counts and judged.decision != Decision.REJECTED
 
 
 def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
-    """Return a row with one curve, or with two if the correction changes it."""
+    """Return a row with one curve, or with two curves where the correction changes the angle."""
     every = np.degrees(np.concatenate([before, after]))
     low, high = _range(float(every.min()), float(every.max()))
     edges = _edges(len(before), columns)
     differs = np.logical_or.reduceat(np.abs(after - before) > _SAME, edges)
-    wide = differs.copy()  # one more column on each side connects the lines
+    wide = differs.copy()  # extended by a column on each side, to connect the lines
     wide[1:] |= differs[:-1]
     wide[:-1] |= differs[1:]
     plain = _levels(np.degrees(before), low, high)
@@ -239,7 +298,7 @@ def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: 
 
 
 def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
-    """Return a row on a square-root scale, on which both τ and far higher peaks are readable."""
+    """Return a row with the strength on a square-root scale, which shows both τ and high peaks."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
@@ -248,18 +307,18 @@ def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns:
 
 
 def _range(low: float, high: float) -> tuple[float, float]:
-    """Return a range of whole degrees with a margin, and a minimum width to keep noise small."""
+    """Return a range in whole degrees around `low`…`high` with a margin of at least 1°."""
     air = max(0.06 * (high - low), 1.0)
     return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the index of the first frame in each column of the plot, (columns,)."""
+    """Return the index of the first frame in each column of the plot, shape (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 
 def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
-    """Convert degrees to y coordinates."""
+    """Convert values in degrees to y coordinates. `low` and `high` are at the plot's edges."""
     levels: NDArray[np.int64] = np.rint(HEIGHT * (high - values) / (high - low)).astype(np.int64)
     return levels
 
@@ -267,8 +326,9 @@ def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
 def _path(
     levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
 ) -> str:  # fmt: skip
-    """Return a path through the lowest and highest values of the columns that `shown` marks.
+    """Return an SVG path through the lowest and highest values of the columns in a mask.
 
+    `levels` are y coordinates, `edges` has the first frame of each column, and `shown` is the mask.
     The path is '' if no column is shown.
     """
     least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)

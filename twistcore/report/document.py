@@ -1,4 +1,4 @@
-"""Convert a clip's report to a JSON document, and its intervals to CSV."""
+"""Convert the report on a clip to a JSON document, and its intervals to CSV."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import JointRepairs, children_off_axis, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare, move_to_json
-from twistcore.export.replay import left_to_later_versions, uncorrected_sentences
+from twistcore.export.replay import uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
@@ -30,10 +30,10 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # the reason why a joint moved
+_TRACKED = "tracking"  # a reason for which a joint moved
 NOT_CORRECTABLE = "not correctable"  # verdict on an accepted interval that is still in the clip
-# Columns of an interval, as functions of the interval and the frame rate. The report fills in
-# `decision` and `stuck`.
+# The value of each column for an interval, as a function of the interval and the frame rate. The
+# report fills in `decision` and `stuck`.
 _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "id": lambda j, _: j.id,
     "chain": lambda j, _: j.interval.chain,
@@ -58,29 +58,32 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The data of a report: the clip, the review, and the motion before and after the correction.
+    """The data of a report on a clip.
 
     Attributes
     ----------
+    clip
+        The clip before the correction.
     chains
         The examined chains and limbs.
+    state
+        The state of the review.
+    refined
+        The corrected motion.
     name
-        Name of the report's files, by default the name of the clip's file.
+        Name of the report's files. By default, it is the name of the clip's file.
     files
         SHA-256 of other files written with the report, keyed by name.
-    by
-        The person who requested the report.
-    at
-        The time of the request, ISO 8601.
+    by, at
+        The person who requested the report, and the time (ISO 8601).
     analysis
-        An existing analysis of the clip with these chains.
+        An existing analysis of the clip with these chains, or None.
     written
-        The corrected clip's file, which is read back and compared.
+        The file with the corrected clip, which is compared with the source, or None.
     parameters
-        Parameters of the run, as given.
+        The processing parameters.
     left
-        Intervals found earlier in the corrected clip, as in `detect --json`. By default, they are
-        detected.
+        Intervals in the corrected clip, as in `detect --json`. By default, they are detected.
     """
 
     clip: Clip
@@ -105,12 +108,12 @@ class Report:
 
     @property
     def not_examined(self) -> str:
-        """Return a clause with the reason why nothing in the clip could be examined, or ''."""
+        """Return the reason why nothing in the clip could be examined, or ''."""
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """Return notes about the clip, as sentences."""
+        """Return notes about the analysis of the clip."""
         notes = self.analysed.notes
         return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
 
@@ -137,7 +140,7 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """Return the effect of the corrections on each protected measure."""
+        """Return the changes of each protected measure by the corrections."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -148,7 +151,7 @@ class Report:
         The sentences do not contain folder names.
         """
         sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
-        sentences += left_to_later_versions(self.clip, self.state)
+        sentences += unknown_kind_sentences(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
@@ -159,12 +162,14 @@ class Report:
 
 
 def report_to_json(report: Report) -> dict[str, Any]:
-    """Return the report as one document, in degrees, seconds and frames.
+    """Return the report as a JSON document, in degrees, seconds and frames.
 
-    The key `tracking` has the joints tracked with QuaMo after the correction, as in a session, or
-    null. The key `changed` has the frames in which any rotation or position channel differs, the
-    joints that rotate differently, and the joints that moved, with the distance and the reason. The
-    key `protected` has the measures that a correction must not make worse, over all corrections.
+    Some keys are:
+
+    - tracking: the joints tracked after the correction and the settings, as in a session, or null
+    - changed: the frames in which any rotation or position channel differs, the joints whose
+      rotations differ, and the joints that moved, with the distance and the reason
+    - protected: the changes of the measures that a correction must not make worse
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -221,9 +226,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return the number of decisions of each reviewer and their times, keyed by name.
+    """Return the number of decisions of each reviewer, and the first and the last time.
 
-    The key is '' for decisions without a reviewer's name.
+    Decisions without a reviewer's name are counted under the name ''.
     """
     by_name: dict[str, list[str]] = {}
     for judged in state.intervals:
@@ -262,9 +267,9 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(judged: Judged) -> str:
-    """Return 'carried' if an error also turned the limb's end or the joints below, or 'kept'.
+    """Return 'carried' if an error also rotated the limb's end or the joints below, or 'kept'.
 
-    The result is '' for kinds of errors that have no such distinction.
+    The result is '' for kinds of errors without this distinction.
     """
     interval = judged.interval
     if interval.kind == Kind.LIMB_FLIP or (judged.corrects and interval.kind.info.below):
@@ -280,7 +285,7 @@ def _speed(interval: Interval, fps: float) -> float | None:
 
 
 def _frames_changed(report: Report, difference: Difference) -> int:
-    """Return the number of frames with different rotations or positions."""
+    """Return the number of frames in which rotations or positions differ."""
     turned = {t for j in difference.joints for t in range(j.start, j.stop)}
     before, after = report.clip.motion.positions, report.refined.positions
     placed = np.flatnonzero((before != after).any(axis=(1, 2)))
@@ -288,7 +293,7 @@ def _frames_changed(report: Report, difference: Difference) -> int:
 
 
 def _replaced_positions(report: Report) -> list[str]:
-    """Return phrases about joints whose position channels have changed."""
+    """Return phrases such as 'the position of Hips' for joints with changed position channels."""
     motion = report.clip.motion
     other = (motion.positions != report.refined.positions).any(axis=(0, 2))
     joints = np.array(motion.positioned, dtype=np.intp)[other]
@@ -321,7 +326,10 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return why a joint moved: the kinds of corrected errors, and tracking, or ''."""
+    """Return the reasons for which a joint moved, separated by commas, or ''.
+
+    The reasons are the kinds of corrected errors, and tracking.
+    """
     chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
@@ -339,10 +347,11 @@ def _why_moved(report: Report, joint: str) -> str:
 def _moves(
     motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
 ) -> bool:
-    """Return True if correcting a chain or limb moves a joint.
+    """Return True if the correction of a chain or limb moves a joint.
 
-    `above` are all ancestors of the joint. Correcting a flip moves the joints below P except E, and
-    the joints below E only if E turned with the limb.
+    Correcting a limb flip moves the joints below the limb's first joint, except its end. It moves
+    the joints below the end only if the end was rotated with the limb. `above` are all ancestors of
+    `joint`.
     """
     if isinstance(chain, Limb):
         below = chain.end in above and not any(i.carried for i in chosen)
@@ -361,12 +370,15 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     return row
 
 
-def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints, with a single entry for joints that only follow a tracked position.
+def moves_for_page(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+    """Return the moved joints as the page lists them, for the template.
 
-    `placed` are phrases about joints whose position channels have changed. `along` is the joint
-    whose position was tracked, with the largest move and number of frames among the joints that
-    only follow it, or None.
+    Returns
+    -------
+    dict
+        `placed` has phrases about joints whose position channels changed, and `moved` has the moved
+        joints. If the position of a joint was tracked, `along` is this joint, with the largest move
+        and number of frames among the joints that only follow it. These joints are not in `moved`.
     """
     moved = document["changed"]["moved"]
     along = [

@@ -1,4 +1,4 @@
-"""Count the intervals, their sizes and the affected frames in a batch."""
+"""Count the intervals, their sizes and the affected frames of a batch."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from twistcore.batch.how_bad import limbs_left_out, percent_affected
+from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
 KINDS = tuple(kind.value for kind in Kind)
-BIN = 15  # degrees
+BIN = 15  # width of a bin in degrees
 _BINS = 180 // BIN
 
 
@@ -20,24 +20,36 @@ _BINS = 180 // BIN
 class ClipRow:
     """A row of the table of clips.
 
-    For a clip that was not processed, only the name, the state and the reason are set.
+    If a clip was not processed, only the name, the state and the reason are set.
 
     Attributes
     ----------
+    name, state, reason
+        As in :class:`ClipRecord`.
+    severity, max_deg, rms_deg
+        Severity, largest and root mean square offset, in degrees.
     counts
         Number of intervals, keyed by kind.
-    severity, max_deg, rms_deg
-        Severity, largest and RMS offset, in degrees.
+    frames, seconds
+        Length of the clip.
     affected
         Number of affected frames.
+    left
+        Number of intervals in the corrected clip, None if nothing was corrected.
+    applied
+        Number of corrected intervals, None if nothing was corrected.
+    decided, of
+        Numbers of decided and of all intervals; `decided` is None if nobody reviewed the clip.
+    reviewers
+        Names of the reviewers.
+    unchecked
+        The reason why nothing in the clip could be examined, or ''.
     missing
         Number of frames that the file's header declares but the file does not have.
     unexamined
         Limbs that no chain examines, each with the reason.
-    left
-        Number of intervals found after the correction, None if nothing was corrected.
-    decided, of
-        Numbers of decided and of all intervals, None if nobody reviewed the clip.
+    page
+        Path of the clip's page, or ''.
     """
 
     name: str
@@ -67,28 +79,40 @@ class ClipRow:
 
     @property
     def share(self) -> float:
-        """Percentage of affected frames."""
+        """Return the percentage of affected frames."""
         return percent_affected(self.affected, self.frames)
 
 
 @dataclass
 class FolderNumbers:
-    """Sums over all clips. Clips are added with `add`, one at a time.
+    """The numbers of clips and intervals in a batch, summed over the clips.
 
     Attributes
     ----------
+    states
+        Number of clips, keyed by state.
+    kinds
+        Number of intervals, keyed by kind.
     joints
         Number of intervals, keyed by the name of a chain, limb or joint, and by kind.
     sizes
-        Numbers of repairable intervals in bins of BIN degrees, keyed by kind.
-    missing
-        Number of frames that headers declare but files do not have.
-    cut
-        Number of clips with missing frames.
-    in_part
-        Number of clips with limbs that no chain examines.
+        Number of correctable intervals in each bin of BIN degrees, keyed by kind.
+    frames, affected, seconds
+        Number of frames, number of affected frames, and duration.
+    with_finds
+        Number of clips with intervals.
+    unchecked, in_part
+        Number of clips that could not be examined, and of clips with limbs that no chain examines.
+    missing, cut
+        Number of frames that headers declare but files do not have, and of clips with such frames.
+    applied, left
+        Number of corrected intervals, and of intervals in the corrected clips. None without any.
+    decided
+        Number of decided intervals.
+    reviewers
+        Number of clips, keyed by reviewer.
     how
-        Versions and parameters used for processing.
+        Number of clips, keyed by a text with the program version and the parameters.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -110,7 +134,7 @@ class FolderNumbers:
     how: Counter[str] = field(default_factory=Counter)
 
     def add(self, record: ClipRecord) -> ClipRow:
-        """Add a clip to the sums and return its row of the table."""
+        """Add a clip to the sums, and return its row of the table."""
         self.states[record.state] += 1
         result = record.result
         if record.state != "done" or result is None:
@@ -133,7 +157,11 @@ class FolderNumbers:
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
         how = [f"twistcore {record.version}", f"detector {result['method']}"]
-        how += [_parameter(k, v) for k, v in given(record.parameters).items() if k != "method"]
+        how += [
+            _parameter(k, v)
+            for k, v in nonempty_parameters(record.parameters).items()
+            if k != "method"
+        ]
         self.how[", ".join(how)] += 1
         return row
 
@@ -147,7 +175,7 @@ class FolderNumbers:
 
     @property
     def clips(self) -> int:
-        """Return the number of clips, whether processed or not."""
+        """Return the number of all clips, including unprocessed ones."""
         return self.states.total()
 
     @property
@@ -157,16 +185,16 @@ class FolderNumbers:
 
     @property
     def share(self) -> float:
-        """Percentage of affected frames."""
+        """Return the percentage of affected frames."""
         return percent_affected(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
-        """Return the number of intervals of a kind per hour of capture."""
+        """Return the number of intervals of a kind per hour of motion."""
         return 3600.0 * self.kinds[kind] / self.seconds if self.seconds else 0.0
 
 
-def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters that are not empty."""
+def nonempty_parameters(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters without empty values."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
@@ -195,7 +223,7 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
         missing=result.get("missing_frames") or 0,
-        unexamined=limbs_left_out(result),
+        unexamined=unexamined_limb_sentences(result),
     )
 
 
@@ -207,5 +235,5 @@ def _parameter(name: str, value: Any) -> str:
 
 
 def _place_name(entry: Mapping[str, Any]) -> str:
-    """Return the jumping joint, limb or chain named in an entry of `detect --json`."""
+    """Return the joint, limb or chain of an interval, given as an entry of `detect --json`."""
     return str(entry.get("joint") or entry.get("limb") or entry["chain"])

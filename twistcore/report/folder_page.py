@@ -1,4 +1,4 @@
-"""Write the page of a batch folder, and of a clip for which only the manifest's data is known."""
+"""Write the page of a batch folder, and simple pages of clips that cannot be read again."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.files.version import __version__
 from twistcore.report.clip_page import Home
-from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
+from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, nonempty_parameters
 from twistcore.report.page_templates import GENERATOR, rendered
 
-__all__ = ["GENERATOR", "folder_page", "known_page"]
+__all__ = ["GENERATOR", "folder_page", "manifest_page"]
 
 MOST_ROWS = 5000  # maximum number of rows that a browser sorts without delay
 _MOST_JOINTS = 60
@@ -22,23 +22,40 @@ _MOST_JOINTS = 60
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram: its lower limit in degrees, and the counts keyed by kind."""
+    """One bin of the histogram of interval sizes.
+
+    Attributes
+    ----------
+    start
+        Lower limit of the bin in degrees.
+    counts
+        Number of intervals of each kind.
+    """
 
     start: int
     counts: tuple[int, ...]
 
     @property
     def total(self) -> int:
-        """Return the number of intervals of all kinds."""
+        """Return the number of intervals in the bin."""
         return sum(self.counts)
 
 
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page of a folder.
+    """Return the page of a batch folder as HTML.
 
-    `rows` are in the order of the table, unprocessed clips first.
+    Parameters
+    ----------
+    title
+        Name of the folder.
+    rows
+        The clips in the order of the table, unprocessed clips first.
+    numbers
+        The sums over all clips.
+    broken
+        The broken rules.
     """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
@@ -62,8 +79,8 @@ def folder_page(
     )
 
 
-def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures. `why` is the reason."""
+def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
+    """Return a clip's page with only the manifest's data. `why` says why the rest is missing."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -72,7 +89,7 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
         result=record.result or {},
         why=why,
         home=home,
-        parameters=given(record.parameters),
+        parameters=nonempty_parameters(record.parameters),
     )
 
 
@@ -82,7 +99,7 @@ def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
 
 
 def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
-    """Return the bars of the histogram. The result is empty if there are no intervals."""
+    """Return the bins of the histogram, empty if there are no intervals."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))

@@ -1,4 +1,4 @@
-"""Write the report on a batch folder: an overview page, and one page for each clip."""
+"""Write the report on a batch folder, with an overview and a page for each clip."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from twistcore.files.ordinary import check_no_links, open_to_read, real_path
 from twistcore.report.clip_page import Home, clip_page
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
-from twistcore.report.folder_page import GENERATOR, folder_page, known_page
+from twistcore.report.folder_page import GENERATOR, folder_page, manifest_page
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
-from twistcore.report.recorded_clip import report_of
+from twistcore.report.recorded_clip import report_from_manifest
 from twistcore.report.worst_finds import figure_of_worst
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Counter, uncounted
@@ -28,14 +28,24 @@ from twistcore.work.progress import Counter, uncounted
 Made = TypeVar("Made")
 
 INDEX = "index.html"
-_TOGETHER = 12  # clips per drawing process, since starting one takes longer than drawing a clip
+_TOGETHER = 12  # clips per drawing process, since starting a process takes longer than drawing
 _LONGEST = 250  # maximum length in bytes of a name without its suffix
-_HEAD = 2048  # bytes to read from the start of a page, which include its generator
+_HEAD = 2048  # bytes at the start of a page that contain the name of its generator
 
 
 @dataclass(frozen=True)
 class FolderReport:
-    """The paths of the written pages, and the reasons why some pages are incomplete."""
+    """The result of writing a report.
+
+    Attributes
+    ----------
+    index
+        Path of the overview.
+    pages
+        Number of pages of clips.
+    problems
+        The reasons why pages are incomplete.
+    """
 
     index: Path
     pages: int
@@ -55,28 +65,39 @@ def write_folder_report(
     changed: Collection[str] | None = None,
     counter: Counter = uncounted,
 ) -> FolderReport:
-    """Write index.html and clips/NAME.html into `target`, which is created if missing.
+    """Write index.html and clips/NAME.html into a folder.
 
-    The page of a clip that can no longer be read has only the data of the manifest. Raises
-    TwistError if there is no manifest or a page would replace a file of another program, and
-    OSError if nothing can be written.
+    The page of a clip that can no longer be read has only the data of the manifest.
 
     Parameters
     ----------
     folder
         The batch folder.
+    target
+        The folder to write into, which is created if missing.
+    workers
+        Number of processes.
+    pictures
+        True to draw pictures.
     play
         True for pages with pictures that also play their intervals, with up to 3 MB each.
     most_pages
         The maximum number of clips with a page. The worst clips are chosen.
     broken
-        Rules that were broken.
+        The broken rules.
     records
         Records to use instead of those in the folder's manifest.
     changed
         Names of clips. If given, existing pages of all other clips are kept.
     counter
-        Function that shows the progress, as in :mod:`twistcore.work.progress`.
+        A function that shows the progress, as in :mod:`twistcore.work.progress`.
+
+    Raises
+    ------
+    TwistError
+        If there is no manifest, or if a page would replace a file of another program.
+    OSError
+        If a page cannot be written.
     """
     if records is None:
         with Manifest.open(folder) as manifest:
@@ -117,7 +138,8 @@ def write_folder_report(
 def page_of(name: str) -> str:
     """Return the path of a clip's page within the report, with '/' as separator.
 
-    If the name is too long for a file name, it is shortened, and a hash of the full name is added.
+    If the clip's name is too long for a file name, it is shortened, and a hash of the full name is
+    added.
     """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
     if parts and len(encoded(parts[-1])) > _LONGEST:
@@ -125,7 +147,7 @@ def page_of(name: str) -> str:
     return "/".join(["clips", *parts]) + ".html"
 
 
-# -- pages of clips, several by one process --------------------------------------------------------
+# -- pages of clips --------------------------------------------------------------------------------
 
 
 def _write_pages(
@@ -137,7 +159,10 @@ def _write_pages(
     pictures: bool,
     play: bool,
 ) -> list[str]:
-    """Write the pages of some clips. Return for each the reason why it is incomplete, or ''."""
+    """Write the pages of some clips, and return for each the reason why it is incomplete, or ''.
+
+    `home` is the text of the link to the overview.
+    """
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
         figure_of_worst(report, play) if isinstance(report, Report) and pictures else None
@@ -150,8 +175,7 @@ def _write_pages(
             made = _tried(partial(_page, record, report, pair if pictures else None, home))
             if not isinstance(made, Exception):
                 _write(target / page_of(record.name), made)
-                # Without the window there are no pictures at all. The pages mention this, and it is
-                # not a failure.
+                # If the window is not installed, the pages mention it, and it is not a problem.
                 why = "" if pair.problem == NOT_INSTALLED else pair.problem
                 problems.append(why and f"{record.name}: no pictures: {why}")
                 continue
@@ -161,7 +185,7 @@ def _write_pages(
 
 
 def _read_again(record: ClipRecord, folder: Path) -> Report | Exception:
-    return _tried(partial(report_of, record, folder))
+    return _tried(partial(report_from_manifest, record, folder))
 
 
 def _tried(make: Callable[[], Made]) -> Made | Exception:
@@ -172,7 +196,7 @@ def _tried(make: Callable[[], Made]) -> Made | Exception:
 
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
-    """Draw the figures, and return a Drawn for each of them (empty for None)."""
+    """Draw the figures. For each figure, return its pictures, or an empty result for None."""
     pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 
@@ -183,8 +207,11 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """Write a page with the manifest's data. `why` is the reason why other parts are missing."""
-    _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
+    """Write a page with only the manifest's data. `why` says why the rest is missing.
+
+    Returns `why`.
+    """
+    _write(target / page_of(record.name), manifest_page(record, why, _home(record, home)))
     return why
 
 

@@ -1,4 +1,4 @@
-"""Render the pages of reports. Each page is a single file that needs no network."""
+"""Render the pages of reports as single files that need no network."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import jinja2
 from twistcore.detection.kind import plural_name
 from twistcore.files.version import __version__
 
-GENERATOR = "twistcore report"  # the generator named at the start of a page
+GENERATOR = "twistcore report"  # named as the generator at the start of a page
 
 
 def rendered(template: str, **context: Any) -> str:
-    """Render a template. All texts from files and users are escaped."""
+    """Return a template filled with values. All texts are escaped."""
     return _environment().get_template(template).render(**context)
 
 

@@ -1,9 +1,8 @@
 """Draw the figures of a report in a separate process that runs the desktop program.
 
-The process draws pictures, and for a page that plays it prepares the figure and its views.
-
-The figures are written into a folder, to which the process adds the pictures. So this module needs
-neither Qt nor VTK, and a crash of the graphics driver does not end the report.
+The figures are written into a folder, and the process writes the pictures into the same folder. For
+a page that plays its intervals, the process also prepares the figure. So this module needs neither
+Qt nor VTK, and a crash of the graphics driver does not end the report.
 """
 
 from __future__ import annotations
@@ -38,20 +37,20 @@ NOT_INSTALLED = 'the window is not installed (install it with pip install "twist
 _NO_LIBRARY = re.compile(r"(\S+\.so\S*): cannot open shared object file")
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # codes of terminal colours in VTK's log
 _SAMPLE = 60  # number of frames from which the body is estimated
-_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is killed, and more per pair
-_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # removed, since drawing needs no screen
+_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is killed: in total, and per pair
+_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # variables to remove, since drawing needs no screen
 
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """A pair of pictures from the same viewpoint, before and after a correction.
+    """Two poses to draw from the same viewpoint, before and after a correction.
 
     Attributes
     ----------
     chain
         Name of the chain in the centre of the pictures.
     first, second
-        Frames of the two poses in the motion.
+        Frames of the two poses in the figure's motion.
     """
 
     chain: str
@@ -61,10 +60,18 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip: a motion with the poses of all its pictures.
+    """The poses to draw for one clip.
 
-    `chains` are the chains and limbs. They determine which limbs have a skin and in which direction
-    the figure faces. `views` are the poses for which the page that plays needs a view, if any.
+    Attributes
+    ----------
+    motion
+        A motion whose frames are the poses, and further frames from which the body is estimated.
+    chains
+        The chains and limbs, which determine the figure's skin and its front.
+    pairs
+        The poses to draw as pictures.
+    views
+        The poses for which a page that plays its intervals needs a viewpoint, if any.
     """
 
     motion: Motion
@@ -75,10 +82,17 @@ class Figure:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The JPEG pictures of all pairs, in order, or the reason why there are none.
+    """The pictures of a figure.
 
-    `player` is the figure for a page that plays: `figure`, `themes`, `ghost`, `scripts`, and for
-    each view of the figure one item of `views`. It is empty if the figure has no views.
+    Attributes
+    ----------
+    pictures
+        A pair of JPEG files for each pair of poses, in order.
+    problem
+        The reason why there are no pictures, or ''.
+    player
+        The data for a page that plays its intervals: `figure`, `themes`, `ghost`, `scripts`, and
+        one item of `views` for each view of the figure. Empty if the figure has no views.
     """
 
     pictures: tuple[tuple[bytes, bytes], ...] = ()
@@ -93,10 +107,18 @@ def figure_of(
     wanted: Sequence[tuple[str, int]],
     views: Sequence[tuple[str, Motion, Motion]] = (),
 ) -> Figure:
-    """Return a figure with a pair of pictures for each (chain name, frame) in `wanted`.
+    """Return a figure with the poses to draw for a clip.
 
-    Each pair shows the poses of the motions `before` and `after`. Each of the `views` has a chain
-    name and two motions of one frame, before and after.
+    Parameters
+    ----------
+    before, after
+        The motion before and after the correction.
+    chains
+        The chains and limbs.
+    wanted
+        The chain's name and the frame of each pair of pictures.
+    views
+        For each view, a chain's name and two motions of one frame, before and after the correction.
     """
     count = min(before.frames, _SAMPLE)
     some = np.linspace(0, before.frames - 1, count).astype(np.intp)
@@ -119,7 +141,10 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """Draw all figures in one process. If this fails, the results contain the reason."""
+    """Draw all figures in one process. If drawing fails, the results contain the reason.
+
+    `python` is the command that runs Python.
+    """
     total = sum(len(figure.pairs + figure.views) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
@@ -133,7 +158,7 @@ def draw_figures(
 
 
 def _run(command: Sequence[str], seconds: float) -> str:
-    """Run a process and return the reason why it failed, or ''."""
+    """Run a command for at most `seconds`, and return the reason why it failed, or ''."""
     environment = {k: v for k, v in os.environ.items() if k not in _SCREEN}
     try:
         ended = subprocess.run(
@@ -176,7 +201,7 @@ def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
 
 
 def player_path(folder: Path, figure: int) -> Path:
-    """Return the path of the data of a figure that plays, in a job's folder."""
+    """Return the path of the data for playing intervals, in a job's folder."""
     return folder / f"{figure}.player.json"
 
 
@@ -184,7 +209,7 @@ def player_path(folder: Path, figure: int) -> Path:
 
 
 def write_job(folder: Path, figures: Sequence[Figure]) -> None:
-    """Write the figures into a folder, for :func:`read_job`."""
+    """Write figures into a folder, for :func:`read_job`."""
     for k, figure in enumerate(figures):
         motion = figure.motion
         np.savez(
@@ -215,7 +240,10 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
 
 
 def read_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
-    """Read the picture size and the figures from the files of :func:`write_job`."""
+    """Return the picture size (width, height) and the figures that :func:`write_job` wrote.
+
+    Raises ValueError if the files have another schema.
+    """
     document = json.loads((folder / _JOB).read_bytes())
     if document["schema"] != SCHEMA:
         raise ValueError(f"expected the schema {SCHEMA!r}")
@@ -247,7 +275,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the chain's data for drawing a body. A varying axis is taken from the first frame."""
+    """Return the data of a chain for drawing. A varying axis is taken from the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

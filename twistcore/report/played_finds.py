@@ -1,4 +1,4 @@
-"""Collect the motion around the worst intervals, for the figure that plays in a clip's page."""
+"""Collect the motion around the worst intervals, which a clip's page plays."""
 
 from __future__ import annotations
 
@@ -16,19 +16,29 @@ from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-MOST_BYTES = 2_150_000  # of the figure, its motion and its texts, so that a page has 3 MB at most
+MOST_BYTES = 2_150_000  # for figure, motion and texts, so that a page has at most 3 MB
 _LONGEST = 4.0  # seconds that are played of one interval
 _TURN, _PLACE = 4 * 2, 3 * 4  # bytes of a rotation and of a position
 _BASE64 = 4 / 3
-_BODY, _TEXTS = 8_000, 2_500  # bytes of the body of a joint and of the texts of an interval
+_BODY, _TEXTS = 8_000, 2_500  # bytes for the shape of each joint, and for each interval's texts
 
 
 @dataclass(frozen=True, eq=False)
 class PlayedFind:
-    """An interval with the motion that is played.
+    """An interval with the motion to play.
 
-    `span` are the frames [start, stop) to play, and `frame` is the frame to show first. `after` is
-    the motion in these frames as corrected, and `joints` are the joints that this turns, if any.
+    Attributes
+    ----------
+    judged
+        The interval.
+    span
+        The frames [start, stop) to play.
+    frame
+        The frame to show first.
+    joints
+        Indices of the joints that the correction rotates.
+    after
+        The corrected motion in these frames.
     """
 
     judged: Judged
@@ -39,21 +49,24 @@ class PlayedFind:
 
 
 def pictured_frame(interval: Interval) -> int:
-    """Return the middle of the frames with at least 90 % of the largest offset."""
+    """Return the frame of an interval to show in a picture.
+
+    It is in the middle of the frames with at least 90 % of the largest offset.
+    """
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])
 
 
 def applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals together with those in `also`."""
+    """Return the applied intervals of a report and the intervals in `also`, without repetitions."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
 def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
-    """Return the intervals that fit into `most` bytes of a page, the worst first, and the others.
+    """Return the worst intervals that fit into `most` bytes of a page, and the other intervals.
 
-    Rejected intervals are last. Each interval takes the frames that no worse one takes.
+    Rejected intervals are considered last. Frames that several intervals share are counted once.
     """
     motion, names = report.clip.motion, {chain.name for chain in report.chains}
     moving = _moving(motion)
@@ -79,10 +92,10 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFin
 def played_data(
     report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the data of the page's script, in the form that lessons have, without any names.
+    """Return the data for the page's script that plays intervals, without any names.
 
-    `player` is the figure as in :class:`Drawn`. Rotations are quaternions of 16-bit numbers, which
-    the script scales to length 1.
+    The data has the form of the lessons' data. `player` is the figure as in :class:`Drawn`.
+    Rotations are quaternions of 16-bit numbers, which the script scales to length 1.
     """
     spans = _joined([find.span for find in finds])
     pages = [
@@ -115,7 +128,7 @@ def _urgency(judged: Judged) -> tuple[bool, float, int]:
 
 
 def _moving(motion: Motion) -> list[int]:
-    """Return the columns of `motion.positions` that are not the same in every frame."""
+    """Return the columns of `motion.positions` that vary over the frames."""
     return list(map(int, np.flatnonzero(np.ptp(motion.positions, axis=0).any(axis=-1))))
 
 
@@ -129,7 +142,10 @@ def _span(interval: Interval, motion: Motion) -> Span:
 
 
 def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
-    """Return an interval with its corrected motion: as written, or if it were accepted as well."""
+    """Return an interval with its corrected motion.
+
+    If the interval was not applied, the motion is corrected as if the interval had been accepted.
+    """
     motion, interval = report.clip.motion.sliced(*span), judged.interval
     if any(interval is own for own in report.applied):
         after = report.refined.sliced(*span)
@@ -143,7 +159,7 @@ def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Return the spans in order, where spans that meet or overlap are joined."""
+    """Return the spans sorted, with touching and overlapping spans joined."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

@@ -1,4 +1,4 @@
-"""Create the report of a clip in a batch folder from its file and the manifest."""
+"""Create the report on a clip of a batch folder from its file and the manifest."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.report.document import Report
-from twistcore.report.folder_numbers import given
+from twistcore.report.folder_numbers import nonempty_parameters
 from twistcore.review import Review, read_session
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
-def report_of(record: ClipRecord, folder: Path) -> Report:
+def report_from_manifest(record: ClipRecord, folder: Path) -> Report:
     """Return the report on a processed clip of a batch folder.
 
-    The report contains the decisions in the clip's session if a person made any, or the decisions
-    of the run if not. Raises TwistError or OSError if the clip is missing or has changed.
+    The report contains the decisions in the clip's session or, if there is none, those of the
+    batch. Raises TwistError or OSError if the clip is missing or has changed.
     """
     if record.result is None:
         raise TwistError(f"{record.source} has no result to report; run `twistcore batch` again")
@@ -88,9 +88,9 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Return the nonempty parameters, without the detector, since it is shown elsewhere."""
+    """Return the nonempty parameters to display. The detector is displayed elsewhere."""
     return {
-        **{k: v for k, v in given(record.parameters).items() if k != "method"},
+        **{k: v for k, v in nonempty_parameters(record.parameters).items() if k != "method"},
         "processed by": f"twistcore {record.version}",
         "processed at": record.finished_at,
     }

@@ -1,4 +1,4 @@
-"""Compare the intervals in two versions of a clip's report."""
+"""Compare the intervals in two versions of the report on a clip."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ def is_report(path: Path) -> bool:
 
 
 def report_difference(a: Path, b: Path) -> dict[str, Any]:
-    """Return how the intervals in one report's JSON differ from those in an earlier one, for JSON.
+    """Return the differences between the intervals in two versions of a report, as JSON data.
 
-    Two intervals are the same error if they have the same chain, kind and joint and share frames,
-    so an error is recognised after a new detection or an edit, in which ids may differ. Raises
-    TwistError if a file is not the JSON of a report.
+    `a` and `b` are the JSON files of the earlier and the later version. Two intervals are the same
+    error if they have the same chain, kind and joint and share frames, so an error is recognised
+    even if a new detection or an edit changed its id. Raises TwistError if a file is not the JSON
+    of a report.
     """
     old, new = (list(_intervals(path)) for path in (a, b))
     alike: dict[Any, list[int]] = {}

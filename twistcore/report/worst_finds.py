@@ -1,4 +1,4 @@
-"""Show the worst intervals of a clip in its page: in pictures, and in a figure that plays."""
+"""Show the worst intervals of a clip in its page, in pictures and as a figure that plays."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ WORST = 3  # intervals shown in pictures
 
 
 def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
-    """Return the figure to draw for a page, or None if there is nothing to draw."""
+    """Return the figure to draw for a page, or None if there is nothing to draw.
+
+    If `play` is True, the figure includes views of the intervals that the page plays.
+    """
     played = played_finds(report)[0] if play else []
     worst, motion = worst_finds(report), report.clip.motion
     if not (worst or played):
@@ -43,8 +46,8 @@ def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
     return figure_of(motion, after, report.chains, wanted, views)
 
 
-def drawn_with(report: Report, play: bool = False) -> Drawn:
-    """Draw the pictures for the page of a clip, and prepare the figure that plays."""
+def draw_pictures(report: Report, play: bool = False) -> Drawn:
+    """Draw the pictures for a clip's page and, if `play` is True, prepare the figure that plays."""
     figure = figure_of_worst(report, play)
     return draw_figures([figure])[0] if figure else Drawn()
 
@@ -67,7 +70,21 @@ def shown_finds(
     judged_finds: Sequence[Judged],
     drawn: Drawn | None = None,
 ) -> list[dict[str, Any]]:
-    """Return what the page shows of some intervals. `drawn` are the pictures, if they have any."""
+    """Return the data that the page shows about some intervals.
+
+    Parameters
+    ----------
+    report
+        The report.
+    analysis
+        The analysis of the clip.
+    drawing
+        Draws the curves.
+    judged_finds
+        The intervals.
+    drawn
+        Pictures of the first intervals, or None.
+    """
     chains = {chain.name: chain for chain in report.chains}
     out = []
     for k, judged in enumerate(judged_finds):
@@ -102,7 +119,7 @@ def shown_finds(
 def shown_player(
     report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
 ) -> dict[str, Any] | None:
-    """Return what the page needs to play intervals, or None if `drawn` has no figure for it."""
+    """Return the data that a page needs to play intervals, or None if `drawn` has no such data."""
     player = drawn.player if drawn is not None else {}
     if not player or "problem" in player:
         return {**player, "finds": ()} if player else None

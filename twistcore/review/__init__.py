@@ -1,6 +1,7 @@
-"""A person's review of the intervals: its state, its commands with undo, and its session file.
+"""Review the detected intervals of a clip and decide which of them are errors.
 
-A review decides which of the detected intervals are errors.
+The package has the state of a review, its commands with undo and redo, the journal that protects it
+from a crash, and the session file that stores it.
 """
 
 from twistcore.review.commands import (

@@ -16,18 +16,26 @@ from twistcore.work.frozen import dataclass
 
 
 class PairDifference(StrEnum):
-    """The way in which two reviewers differ about an interval."""
+    """A kind of difference between two reviewers' views of an interval."""
 
     VERDICT = "opposite decisions"
-    CORRECTION = "different corrections"  # of an interval that neither has rejected
+    CORRECTION = "different corrections"  # neither reviewer has rejected the interval
     DECIDED = "decided by one only"
     INSERTED = "inserted by one only"
-    DETECTED = "detected in one only"  # and decided there
+    DETECTED = "detected in one only"  # and its reviewer has decided on it
 
 
 @dataclass(frozen=True)
 class PairedIntervals:
-    """An interval in two reviews of a clip. One is None if only the other review has it."""
+    """An interval as it is in two reviews of the same clip.
+
+    Parameters
+    ----------
+    mine
+        The interval in the first review, or None if only the second review has it.
+    theirs
+        The interval in the second review, or None if only the first review has it.
+    """
 
     mine: Judged | None
     theirs: Judged | None
@@ -46,7 +54,7 @@ class PairedIntervals:
 
     @property
     def difference(self) -> PairDifference | None:
-        """How the reviewers differ, or None if they do not."""
+        """The kind of difference between the reviewers, or None if they do not differ."""
         mine, theirs = self.mine, self.theirs
         if mine is None or theirs is None:
             if self.either.by_hand:
@@ -66,15 +74,15 @@ class PairedIntervals:
     def taken(self, new_id: int) -> Judged | None:
         """Return the interval with the second reviewer's decision and correction.
 
-        `new_id` is its id if only the second review has it. The result is None if the second
-        reviewer has not decided.
+        The result is None if the second reviewer has not decided. `new_id` is the id of the result
+        if only the second review has the interval.
         """
         mine, theirs = self.mine, self.theirs
         if theirs is None or not decided_by_person(theirs):
             return None
         if mine is None:
             return replace(theirs, id=new_id, supported=theirs.by_hand)
-        same = same_offsets(mine.interval, theirs.interval)  # mine may have evidence
+        same = same_offsets(mine.interval, theirs.interval)  # only `mine` may have evidence
         return replace(
             theirs,
             id=mine.id,
@@ -87,7 +95,7 @@ class PairedIntervals:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """The intervals of two reviews of a clip in pairs, and how far the reviewers agree."""
+    """The paired intervals of two reviews of a clip, and measures of the reviewers' agreement."""
 
     pairs: tuple[PairedIntervals, ...]
 
@@ -98,7 +106,7 @@ class Agreement:
 
     @property
     def decisions(self) -> tuple[tuple[Decision, Decision], ...]:
-        """The decisions of both reviewers on each interval that both have decided."""
+        """The decisions of both reviewers on each interval on which both have decided."""
         return tuple(
             (pair.mine.decision, pair.theirs.decision)
             for pair in self.pairs
@@ -107,12 +115,12 @@ class Agreement:
 
     @property
     def alike(self) -> int:
-        """Number of intervals on which both have made the same decision."""
+        """The number of intervals on which both reviewers have made the same decision."""
         return sum(mine == theirs for mine, theirs in self.decisions)
 
     @property
     def percent(self) -> float | None:
-        """Percentage of equal decisions, or None if no interval was decided by both."""
+        """The percentage of equal decisions, or None if no interval was decided by both."""
         return 100.0 * self.alike / len(self.decisions) if self.decisions else None
 
     @property
@@ -122,7 +130,7 @@ class Agreement:
 
     @property
     def why_no_kappa(self) -> str:
-        """The reason why kappa is undefined, or ''."""
+        """The reason why kappa is undefined, or '' if it is defined."""
         if self.kappa is not None:
             return ""
         if not self.decisions:
@@ -131,7 +139,7 @@ class Agreement:
 
     @property
     def summary(self) -> str:
-        """The agreement in words."""
+        """A sentence about the number of equal decisions and kappa."""
         if self.percent is None:
             return self.why_no_kappa
         score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
@@ -140,7 +148,7 @@ class Agreement:
 
 
 def decided_by_person(judged: Judged | None) -> bool:
-    """True if a person has decided on the interval, unlike an automatic correction."""
+    """Return True if a person has decided on the interval. Automatic corrections do not count."""
     return (
         judged is not None and judged.decision != Decision.UNDECIDED and judged.verdict != APPLIED
     )
@@ -153,10 +161,11 @@ def reviewers_of(judged: Iterable[Judged]) -> tuple[str, ...]:
 
 
 def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
-    """Return Cohen's kappa [Cohen 1960] of the decisions of two judges on the same things.
+    """Return Cohen's kappa [Cohen 1960] of the decisions of two judges on the same items.
 
-    It is 1 if the judges always agree, and 0 if they agree as often as by chance. It is None, for
-    undefined, if there are no decisions, or if both judges have always made the same decision.
+    Kappa is 1 if the judges always agree, and 0 if they agree as often as by chance. The result is
+    None if there are no decisions, or if both judges have made the same single decision on all
+    items.
     """
     if not first:
         return None
@@ -167,11 +176,12 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
     return (same - chance) / (1.0 - chance) if chance < 1.0 else None
 
 
-def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
-    """Pair the intervals of two reviews of a clip: same chain and kind, overlapping frames.
+def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
+    """Pair the intervals of two reviews of a clip that may be the same.
 
-    The pairs with the most common frames are made first. Intervals of the first review come first,
-    in their order, then the intervals that only the second review has.
+    Two intervals form a pair if they have the same chain and kind and common frames. Pairs with the
+    most common frames are formed first. The result lists the intervals of the first review in their
+    order, and then the intervals that only the second review has.
     """
     partner: dict[int, int] = {}
     taken: set[int] = set()
@@ -186,12 +196,12 @@ def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedInte
     return (*pairs, *(PairedIntervals(None, j) for j in alone))
 
 
-def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
+def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
     """Return the second reviewer's decisions on all intervals that the first has left undecided.
 
-    Their ids are those of the first review, or `new_id` and above. Left out are intervals that the
-    first reviewer has edited, and intervals of the second review that overlap another one on which
-    the first reviewer has worked, because both corrections would be added.
+    An interval keeps its id in the first review, or gets a new id from `new_id` on. Two kinds of
+    intervals are excluded: intervals on which the first reviewer has worked, and intervals that
+    overlap such an interval, since both corrections would be added.
     """
     kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
     theirs = [p.theirs for p in pairs if p.theirs is not None]
@@ -206,16 +216,17 @@ def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judge
 
 
 def check_same_clip(sha256: str, other: str) -> None:
-    """Raise ClipMismatchError if two reviews are of different clips, given by their SHA-256."""
+    """Raise ClipMismatchError if the SHA-256 of the clips of two reviews differ."""
     if sha256 != other:
         raise ClipMismatchError("the two reviews are of different clips (SHA-256 differs)")
 
 
 def merged_review(found: Agreement, state: ReviewState) -> ReviewState:
-    """Return a review with the decisions on which both reviewers agree.
+    """Return a review that contains the decisions on which both reviewers agree.
 
-    Every other interval is undecided, with both decisions in its note. τ, chains and tracking are
-    those in `state`, the first review. Raises ClipMismatchError if it lacks a chain of the second.
+    All other intervals are undecided, with both decisions in their notes. τ, chains and tracking
+    are taken from `state`, the first review. Raises ClipMismatchError if the first review lacks a
+    chain of the second.
     """
     out: list[Judged] = []
     new_id = state.next_id
@@ -265,9 +276,10 @@ def _opinion(judged: Judged | None) -> str:
 
 
 def agreement_to_json(found: Agreement) -> dict[str, Any]:
-    """Return the agreement and the differences of two reviews, *a* and *b*, as JSON data.
+    """Return the agreement and the differences of two reviews as JSON data.
 
-    Intervals are written as in sessions.
+    The keys "a" and "b" contain the interval in the first and in the second review, written as in
+    sessions.
     """
     return {
         "decided_by_both": len(found.decisions),

@@ -1,4 +1,4 @@
-"""The commands of a review as immutable objects. Each command turns one state into the next."""
+"""Define the commands of a review as immutable objects that turn one state into the next."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from twistcore.review.model import (
     ReviewState,
     Tracking,
     as_written,
-    carried_over,
     chain_places,
+    with_earlier_decisions,
 )
 from twistcore.review.overlaps import overlaps
 from twistcore.skeleton.rig import Rig
@@ -24,7 +24,7 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """A change of a review, with a name for the undo menu.
+    """A change of a review.
 
     If `apply` raises an exception, the review is unchanged.
     """
@@ -32,7 +32,7 @@ class Command(ABC):
     @property
     @abstractmethod
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
 
     @abstractmethod
     def apply(self, state: ReviewState) -> ReviewState:
@@ -40,20 +40,29 @@ class Command(ABC):
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the intervals that the command names, or an empty tuple."""
+        """The ids of the intervals that the command changes, empty if it names none."""
         return ()
 
     def continues(self, earlier: Command) -> bool:
-        """True if this command is the next step of the same drag, so that one undo reverts both."""
+        """Return True if both commands belong to the same drag, so that one undo reverts both."""
         del earlier
         return False
 
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the verdict on intervals.
+    """Set the decision on intervals.
 
-    `in_bulk` is True if all confident intervals were decided together, without viewing each one.
+    Parameters
+    ----------
+    ids
+        The ids of the intervals.
+    decision
+        The decision.
+    reviewer, decided_at
+        The reviewer's name and the time (ISO 8601).
+    in_bulk
+        True if all confident intervals were decided together, without viewing each one.
     """
 
     ids: tuple[int, ...]
@@ -64,7 +73,7 @@ class Decide(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         n = len(self.ids)
         one, many = {
             Decision.ACCEPTED: ("Accept interval", f"Accept {n} intervals"),
@@ -75,11 +84,11 @@ class Decide(Command):
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the intervals."""
+        """The ids of the decided intervals."""
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the decision, or without name and time if the decision is reset."""
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
@@ -89,10 +98,10 @@ class Decide(Command):
 
 @dataclass(frozen=True)
 class Sign(Command):
-    """Add a reviewer's name to decisions that were made without one.
+    """Add a reviewer's name to decisions that were made without a name.
 
-    Adding a name is not a step of the history: `Review` adds it to the same decisions in every
-    state. So an undo reverts the last decision, and the other decisions stay signed.
+    Signing is not a step of the history, because :class:`Review` adds the name in every state. So
+    an undo reverts the last decision, and the other decisions remain signed.
     """
 
     ids: tuple[int, ...]
@@ -100,18 +109,18 @@ class Sign(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return "Sign decision" if len(self.ids) == 1 else f"Sign {len(self.ids)} decisions"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the reviewer's name added to its unsigned decisions."""
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that adds the name, in any state, to decisions without one in `now`.
+        """Return a function that adds the name to a state's decisions that are unsigned in `now`.
 
-        Repeated calls with the same state return the same new state. A state without such a
-        decision is returned unchanged. Raises KeyError if `now` does not have one of the intervals.
+        The function returns the same object for the same state, and returns a state without such
+        decisions unchanged. Raises KeyError if `now` lacks one of the intervals.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -140,7 +149,14 @@ class Sign(Command):
 class Edit(Command):
     """Change the frames or the offset of an interval.
 
-    Edits with equal `drag` numbers belong to one drag of the mouse.
+    Parameters
+    ----------
+    id
+        The id of the interval.
+    interval
+        The new interval.
+    drag
+        A number that is equal for all edits in one drag of the mouse, 0 for an edit without a drag.
     """
 
     id: int
@@ -149,16 +165,16 @@ class Edit(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return f"Edit interval {self.id}"
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The id of the interval."""
+        """The id of the edited interval."""
         return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the new interval, marked as edited. Raises ValueError."""
         old = state.find(self.id)
         if self.interval.start < 0 or self.interval.stop <= self.interval.start:
             raise ValueError("an interval must have at least one frame")
@@ -171,7 +187,7 @@ class Edit(Command):
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this edit belongs to the same drag of the same interval."""
+        """Return True if this edit belongs to the same drag of the same interval."""
         return (
             isinstance(earlier, Edit)
             and self.drag != 0
@@ -189,16 +205,16 @@ class Annotate(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return f"Note on interval {self.id}"
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The id of the interval."""
+        """The id of the interval with the note."""
         return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the note and the reason."""
         return _replace(state, (self.id,), note=self.note, reason=self.reason)
 
 
@@ -211,29 +227,29 @@ class Insert(Command):
     text = "New interval"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the new interval, undecided."""
         new = Judged(state.next_id, as_written(self.interval), by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove an interval made by hand. A detected interval can only be rejected."""
+    """Remove an interval made by hand. A detected interval can be rejected, but not removed."""
 
     id: int
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return f"Remove interval {self.id}"
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The id of the interval."""
+        """The id of the removed interval."""
         return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state without the interval. Raises ValueError for a detected interval."""
         if not state.find(self.id).by_hand:
             raise ValueError("only hand-made intervals can be removed")
         return state.with_intervals(j for j in state.intervals if j.id != self.id)
@@ -241,13 +257,27 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new τ (radians, keyed by chain name) and the intervals detected with it.
+    """Set a new τ and replace the intervals by the ones that are detected with it.
 
-    An interval on which a person has decided, or which was edited, is kept. It replaces every
-    detected interval that is the same (IoU of at least 0.5) or lies inside it (at least 80 %). If
-    there is no such interval, it is marked as unsupported. Every other interval is replaced by a
-    detected one that overlaps it, with the largest overlaps first, or removed. The remaining
-    detected intervals are added.
+    The rules are:
+
+    - An interval that was edited, or on which a person has decided, is kept. Every detected
+      interval that is the same (IoU of at least 0.5) or lies inside it (at least 80 %) is dropped.
+      If there is no such detected interval, the kept interval is marked as unsupported.
+    - Every other interval is replaced by a detected one that overlaps it, with the largest overlaps
+      first, or removed if there is none.
+    - The remaining detected intervals are added.
+
+    Parameters
+    ----------
+    tau
+        The new τ in radians, keyed by chain name.
+    found
+        The intervals detected in these chains.
+    method
+        The new detector, or '' to keep the detector.
+    drag
+        A number that is equal for all commands in one drag of a τ line, 0 without a drag.
     """
 
     tau: Mapping[str, float]
@@ -257,7 +287,7 @@ class Redetect(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         if self.method:
             return f"Detect with {self.method}"
         if len(self.tau) == 1:
@@ -265,13 +295,13 @@ class Redetect(Command):
         return f"Set τ of {len(self.tau)} chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the new τ and the detected intervals."""
         tau = MappingProxyType({**state.tau, **self.tau})
         known = replace(state, tau=tau, method=self.method or state.method)
         return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this command belongs to the same drag of the same τ line."""
+        """Return True if this command belongs to the same drag of the same τ line."""
         return (
             isinstance(earlier, Redetect)
             and self.drag != 0
@@ -284,10 +314,19 @@ class Redetect(Command):
 class ChangeChains(Command):
     """Change the chains and limbs, and remove the intervals of removed chains.
 
-    - rig: the new chains
-    - tau: τ of all chains in their order, radians
-    - found: intervals detected in the chains that `again` lists (new chains, and chains whose
-      neighbours changed), merged by the rules of `Redetect`
+    Parameters
+    ----------
+    rig
+        The new chains.
+    tau
+        τ in radians of all chains in their order, keyed by chain name.
+    again
+        Names of the chains in which intervals were detected again: new chains, and chains whose
+        neighbours changed.
+    found
+        The detected intervals of these chains, merged by the rules of :class:`Redetect`.
+    what
+        The command's name in the undo menu, '' for the usual name.
     """
 
     rig: Rig
@@ -298,11 +337,11 @@ class ChangeChains(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return self.what or "Change the chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the new chains. Raises ValueError if a chain has no τ."""
         if missing := [name for name in self.again if name not in self.tau]:
             raise ValueError(f"there is no chain {missing[0]!r}")
         tau = MappingProxyType(dict(self.tau))
@@ -319,8 +358,12 @@ class ChangeChains(Command):
 class CarryOver(Command):
     """Apply the decisions of an earlier review to this review.
 
-    `same_clip` is True if the earlier review is of the same clip, and False if it is of another
-    take.
+    Parameters
+    ----------
+    earlier
+        The intervals of the earlier review.
+    same_clip
+        True if the earlier review is of the same clip, False if it is of another take.
     """
 
     earlier: tuple[Judged, ...]
@@ -328,36 +371,36 @@ class CarryOver(Command):
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
-        return carried_over(self.earlier, state, same_clip=self.same_clip)
+        """Return the state with the earlier decisions (see :func:`with_earlier_decisions`)."""
+        return with_earlier_decisions(self.earlier, state, same_clip=self.same_clip)
 
 
 @dataclass(frozen=True, eq=False)
 class Settle(Command):
-    """Settle differences between two reviews of the clip: set intervals with their decisions.
+    """Replace intervals and their decisions, to settle differences between two reviews of the clip.
 
-    An interval of `earlier` replaces the one with the same id, or is added if there is none.
+    An interval in `earlier` replaces the interval with the same id, or is added if there is none.
     """
 
     earlier: tuple[Judged, ...]
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         n = len(self.earlier)
         return "Settle difference" if n == 1 else f"Settle {n} differences"
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the intervals."""
+        """The ids of the settled intervals."""
         return tuple(judged.id for judged in self.earlier)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the given intervals. Raises ValueError for an unknown chain."""
         for judged in self.earlier:
             if judged.interval.chain not in state.tau:
                 raise ValueError(f"there is no chain {judged.interval.chain!r}")
@@ -370,19 +413,19 @@ class Settle(Command):
 
 @dataclass(frozen=True)
 class Track(Command):
-    """Track joints with QuaMo after the twist correction. None turns tracking off."""
+    """Set the joints that QuaMo tracks after the twist correction, or None to stop tracking."""
 
     tracking: Tracking | None
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         if self.tracking is None:
             return "Stop tracking"
         return f"Track {self.tracking.what}"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with the tracking settings. Raises ValueError if they are empty."""
         if self.tracking is not None and not self.tracking.what:
             raise ValueError("expected a joint to track")
         return replace(state, tracking=self.tracking)
@@ -391,7 +434,7 @@ class Track(Command):
 def _redetected(
     state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
 ) -> ReviewState:
-    """Replace the intervals of these chains with the detected ones."""
+    """Replace the intervals of some chains by detected ones, by the rules of `Redetect`."""
     chains, found = tuple(chains), tuple(found)
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id
@@ -422,7 +465,7 @@ def _merged(
         if judged.kept or k in partner:
             interval = judged.interval if judged.kept else found[partner[k]]
             holds = not judged.kept or judged.by_hand or k in supported
-            # Unchanged intervals stay the same objects, so they do not need to be redrawn.
+            # Unchanged intervals remain the same objects, so that they need not be redrawn.
             same = interval is judged.interval and holds == judged.supported
             out.append(judged if same else replace(judged, interval=interval, supported=holds))
     new = [interval for n, interval in enumerate(found) if n not in taken]
@@ -442,4 +485,4 @@ def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> Review
     changed = tuple(replace(j, **changes) if j.id in wanted else j for j in state.intervals)
     if "interval" in changes:
         return state.with_intervals(changed)
-    return replace(state, intervals=changed)  # already in order, which speeds up long journals
+    return replace(state, intervals=changed)  # without sorting, which speeds up long journals

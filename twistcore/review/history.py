@@ -1,4 +1,4 @@
-"""The history of a review: do, undo and redo."""
+"""Keep the history of a review, with undo and redo."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class _Step:
 
 
 class Review:
-    """A person's judgement of the intervals, with undo and redo.
+    """A person's decisions on the detected intervals, with undo and redo.
 
     Parameters
     ----------
     found : Detection, ClipAnalysis or ReviewState
-        The intervals to judge, all undecided, or the state of an earlier review from a session.
+        The intervals to review, all undecided, or the state of an earlier review from a session.
 
     Raises
     ------
@@ -61,7 +61,7 @@ class Review:
 
     @classmethod
     def of(cls, found: Detection) -> Review:
-        """Return a new review of a detection. All intervals are undecided."""
+        """Return a new review of a detection, in which all intervals are undecided."""
         return cls(_started(found))
 
     @property
@@ -70,14 +70,30 @@ class Review:
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs for a motion, and the accepted intervals."""
+        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+
+        An accepted interval that cannot be corrected, such as a lone jump, is excluded.
+        """
         return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
-        """Accept all intervals that qualify for automatic correction, in one step.
+        """Accept all undecided intervals that qualify for automatic correction, in one step.
 
-        Returns the number of these intervals. `at_least` is the lowest confidence, 0…1; see
-        `automatic_corrections` in twistcore.analysis.correction.
+        Parameters
+        ----------
+        at_least : float, optional
+            The lowest confidence, 0…1.
+        include_open : bool
+            True to accept open intervals as well.
+
+        Returns
+        -------
+        int
+            The number of accepted intervals.
+
+        See Also
+        --------
+        twistcore.analysis.correction.automatic_corrections : The conditions.
         """
         ids = self.state.automatic_ids(at_least, include_open=include_open)
         if ids:
@@ -85,11 +101,11 @@ class Review:
         return len(ids)
 
     def do(self, command: Command) -> None:
-        """Run a command as a new step, or as part of the previous step in the same drag.
+        """Run a command as a new step, or as part of the previous step if both belong to one drag.
 
         During a drag, each command starts from the state before the drag, so only the end of the
-        drag matters: moving a τ line up and back changes no interval. Signing is not a step,
-        because the name is added in all states.
+        drag matters: moving a τ line up and back changes no interval. :class:`Sign` is not a step,
+        because it changes all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -119,41 +135,41 @@ class Review:
 
     @property
     def undo_text(self) -> str:
-        """Name of the command that the next undo reverts, or an empty string."""
+        """The name of the command that the next undo reverts, or ''."""
         return self._done[-1].command.text if self._done else ""
 
     @property
     def redo_text(self) -> str:
-        """Name of the command that the next redo repeats, or an empty string."""
+        """The name of the command that the next redo repeats, or ''."""
         return self._undone[-1].command.text if self._undone else ""
 
     @property
     def state_before_last(self) -> ReviewState:
-        """State before the last command, or the current state if there was none."""
+        """The state before the last command, or the current state if there was no command."""
         return self._done[-1].before if self._done else self.state
 
     @property
     def state_after_next(self) -> ReviewState:
-        """State after the next redo, or the current state if there is nothing to redo."""
+        """The state after the next redo, or the current state if there is nothing to redo."""
         return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps in order. The first :attr:`position` are done, the rest are undone."""
+        """The names of all steps: first the done ones (:attr:`position`), then the undone ones."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """For each step of :attr:`history`, the interval that it changes.
+        """The interval that each step of :attr:`history` changes.
 
-        This is the interval after the step, or before the step if the step removes it. The value is
-        None if a step changes several intervals or none.
+        It is the interval after the step or, if the step removes the interval, before the step. The
+        value is None if a step changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """Number of steps that are done and not undone; an index into :attr:`history`."""
+        """The number of steps that are done, which is also an index into :attr:`history`."""
         return len(self._done)
 
     @property
@@ -162,7 +178,10 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add evidence from equal detected intervals to all states, without adding a step."""
+        """Add the evidence of detected intervals to equal intervals in all states of the history.
+
+        Adding evidence is not a step of the history.
+        """
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
@@ -178,7 +197,7 @@ class Review:
         self._saved = self.state
 
     def mark_unsaved(self) -> None:
-        """Mark every state as unsaved. Used after a review was recovered from a journal."""
+        """Mark every state as unsaved, because the review was recovered from a journal."""
         self._saved = None
 
 
@@ -192,7 +211,10 @@ def _changed_interval(step: _Step) -> Judged | None:
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """Return the initial state of a review: `found` itself, or all its intervals as undecided."""
+    """Return the initial state of a review of `found`, or `found` itself if it is a state.
+
+    Raises TypeError if `found` has another type.
+    """
     if isinstance(found, ReviewState):
         return found
     if isinstance(found, ClipAnalysis):

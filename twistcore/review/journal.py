@@ -1,11 +1,14 @@
-"""The journal of a review, in which every command is written to disk before the next one.
+"""Write every command of a review to a journal at once, so that a crash loses no decision.
 
-The journal ensures that no decision is lost in a crash. It is a text file with one JSON document
-per line. The first line has the session at the time when the journal began, and the number of
-unsaved steps before it. Every other line has a command, an undo, a redo, or the whole session again
-(after an undo of a step older than the journal). A last line that a crash cut short is ignored, and
-the lines before it are used. A journal never replaces an existing file, and its valid lines are
-never removed.
+A journal is a text file with one JSON document per line. The first line has the session at the time
+when the journal began, and the number of unsaved steps before it. Every other line has one of
+
+- a command
+- an undo or a redo
+- the whole session again, after an undo of a step from before the journal
+
+If a crash cut the last line short, this line is ignored and the lines before it are used. A journal
+never replaces an existing file, and its valid lines are never removed.
 """
 
 from __future__ import annotations
@@ -69,7 +72,7 @@ from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
-_DAMAGE = FormatError, KeyError, ValueError  # the last two: a command does not fit the state
+_DAMAGE = FormatError, KeyError, ValueError  # the last two if a command does not fit the state
 _MOST_BYTES = 1 << 32  # high, because a journal is the only copy of its contents
 UNDO, REDO = {"undo": True}, {"redo": True}
 
@@ -77,18 +80,18 @@ UNDO, REDO = {"undo": True}, {"redo": True}
 class Journal:
     """An open journal file.
 
-    If entries could not be written, they are written together with the next entry.
+    An entry that could not be written is written together with the next entry.
     """
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
         """Create a journal that begins with `state`, after `steps` unsaved steps.
 
-        Raises FileExistsError if the file exists, and OSError if it cannot be written. In this case
-        no file is left.
+        Raises FileExistsError if the file exists, and OSError if it cannot be written. If writing
+        fails, no file is left.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
-        lock(self._file.fileno())  # tells other programs that the file is not a leftover
+        lock(self._file.fileno())  # shows other programs that the journal is in use
         self._good = 0  # bytes of complete lines on disk
         self._waiting: list[bytes] = []
         try:
@@ -102,9 +105,9 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Continue a journal from an earlier run. Valid lines are never removed. Raises OSError.
+        """Continue a journal of an earlier run. Raises OSError.
 
-        If some lines could not be replayed, a copy of the file is first saved next to it.
+        If some lines could not be replayed, the file is first copied to a new file next to it.
         """
         path = recovered.path
         data = read_file(path)
@@ -117,7 +120,7 @@ class Journal:
                 raise
         file = path.open("r+b", buffering=0)
         lock(file.fileno())
-        file.truncate(recovered.size)  # drop a line cut short, or lines that were saved in the copy
+        file.truncate(recovered.size)  # drop an incomplete last line, or lines saved in the copy
         journal = cls.__new__(cls)
         journal.path, journal._file = path, file
         journal._good, journal._waiting = recovered.size, []
@@ -125,7 +128,7 @@ class Journal:
 
     @property
     def waiting(self) -> int:
-        """Number of entries that are not yet on disk."""
+        """The number of entries that are not yet on disk."""
         return len(self._waiting)
 
     def do(self, command: Command) -> None:
@@ -158,7 +161,7 @@ class Journal:
         self._waiting.clear()
 
     def is_there(self) -> bool:
-        """True if the file still exists and has not been replaced."""
+        """Return True if the file still exists and has not been replaced."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
         except (OSError, ValueError):  # ValueError if the file is closed
@@ -166,14 +169,13 @@ class Journal:
 
     def close(self) -> None:
         """Close the file without deleting it."""
-        with suppress(OSError):  # on a full disk, the part that fits is on disk
+        with suppress(OSError):  # such as a full disk
             self._file.close()
 
     def discard(self) -> None:
         """Close and delete the journal, because its contents were saved or deliberately discarded.
 
-        If the file cannot be deleted, it is offered for recovery at the next start, although it has
-        nothing new.
+        If the file cannot be deleted, it is offered for recovery at the next start of the program.
         """
         mine = self.is_there()
         self.close()
@@ -184,17 +186,24 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal: the session at its start, and the review after replaying it.
+    """The contents of a journal.
 
     Parameters
     ----------
+    path
+        The journal.
+    session
+        The session at the beginning of the journal.
+    review
+        The review after all readable entries were replayed.
+    entries
+        Number of replayed entries.
     steps
-        Number of unsaved steps of the review, including steps before the journal.
+        Number of unsaved steps of the review, including steps from before the journal.
     size
         Number of bytes of the replayed lines.
     damaged
-        Number of lines that could not be replayed, 0 for a journal that ends in a complete line or
-        in one cut short.
+        Number of complete lines that could not be replayed.
     """
 
     path: Path
@@ -207,10 +216,11 @@ class Recovered:
 
 
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
-    """Replay a journal. Raises TwistError if nothing in it can be used.
+    """Replay a journal, and return the review and the session in it.
 
-    `clip` is the clip on which the journal is replayed. If this is the journal's own clip, entries
-    about frames that the clip does not have are treated as damaged.
+    `clip` is the clip on which the journal is replayed. If the journal was written for this clip,
+    entries with frames that the clip does not have count as damaged. Raises TwistError if the
+    journal cannot be read or its first line is damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
@@ -282,9 +292,10 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """Raise FormatError if a chain is not in the review, or a frame not in the clip.
+    """Raise FormatError unless all chains are in the review and all frames in the clip.
 
-    None for `state` or `frames` skips the check.
+    If `state` is None, the chains are not checked. If `frames`, the clip's number of frames, is
+    None, the frames are not checked.
     """
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
@@ -295,7 +306,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless τ has all chains of the rig and nothing else except its limbs."""
+    """Raise FormatError unless `tau` has all chains of the rig and no names except its limbs."""
     if motion is None:
         return
     try:
@@ -312,9 +323,9 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
-# The name of commands that track both ways or the position. Programs without this must stop here.
-_BOTH_WAYS = "TrackBothWays"
-_SPLINE = "Smooth"  # the same for programs without the spline
+# Names that older programs do not know, so that they stop there instead of tracking differently.
+_BOTH_WAYS = "TrackBothWays"  # tracks forward and backward, or tracks the position
+_SPLINE = "Smooth"  # smooths with the spline
 _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
     _BOTH_WAYS: Track,
@@ -327,7 +338,7 @@ def _as_is(value: Any) -> Any:
     return value
 
 
-# Functions that write and read the fields of commands.
+# For each field of a command, the functions that convert it to and from JSON data.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **{name: (_as_is, partial(text, what=name)) for name in _TEXTS},
     **{name: (_as_is, partial(flag, what=name)) for name in ("same_clip", "in_bulk")},
@@ -356,7 +367,7 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as a dict of its fields in order, with its name as "do"."""
+    """Return a command as a dict of its fields, in which the key "do" has the command's name."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
@@ -367,7 +378,7 @@ def command_to_json(command: Command) -> dict[str, Any]:
 def command_from_json(entry: Any) -> Command:
     """Return the command in a dict from :func:`command_to_json`. Raises FormatError if damaged."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
-    # Defaults for fields that the first journals did not have.
+    # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, **entry}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     has(entry, *names.values())

@@ -1,4 +1,4 @@
-"""Frames that the user excludes from tuning, so that they have no influence on τ."""
+"""Exclude frames from tuning, so that they have no influence on τ."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Set the half-open spans of frames that are excluded from tuning."""
+    """Set the spans of frames that are excluded from tuning, as half-open (start, stop)."""
 
     spans: tuple[Span, ...]
 
     @property
     def text(self) -> str:
-        """Name of the command in the undo menu."""
+        """The command's name in the undo menu."""
         return "Leave frames out of tuning" if self.spans else "Use all frames for tuning"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state after the command."""
+        """Return the state with these spans, joined. Raises ValueError for an empty span."""
         if any(not 0 <= start < stop for start, stop in self.spans):
             raise ValueError("a span must have at least one frame")
         return replace(state, left_out=joined_spans(self.spans))
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Sort half-open spans and join spans that touch or overlap."""
+    """Sort half-open spans, and join spans that touch or overlap."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:
@@ -41,8 +41,8 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
     return tuple(out)
 
 
-def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of `spans` that are not covered by `others`."""
+def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
+    """Return the parts of `spans` that none of `others` covers, sorted."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):
@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Return the spans listed in a file. Raises FormatError if they are damaged."""
+    """Read the left-out spans of a session or journal. Raises FormatError if they are damaged."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

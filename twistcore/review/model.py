@@ -1,4 +1,4 @@
-"""The state of a review. States are immutable, so an undo can simply restore an earlier one."""
+"""Store the state of a review in immutable objects, so that an undo restores an earlier object."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ APPLIED = "applied automatically"  # verdict shown for automatic corrections
 
 
 class Decision(StrEnum):
-    """A person's verdict on an interval.
+    """A person's decision on an interval.
 
     Parameters
     ----------
@@ -46,16 +46,16 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True)
 class Tracking:
-    """The joints tracked or smoothed after the twist correction, and the settings.
-
-    The keys after `weights` have defaults for sessions that do not contain them.
+    """The joints to track or smooth after the twist correction, and the settings.
 
     Parameters
     ----------
     joints
-        The joints' names, in the skeleton's order; empty if only the position is tracked.
+        The joints' names, in the skeleton's order. Empty if only the position is tracked.
+    kp, kd, ka
+        The gains κP (1/s²), κD (1/s) and κA, unless `learned` is True.
     learned
-        True to use gains from the included networks instead of κP (1/s²), κD (1/s) and κA.
+        True to use gains from the included networks.
     weights
         The first 16 digits of the SHA-256 of the networks' file, or '' for gains set by hand.
     causal
@@ -63,12 +63,12 @@ class Tracking:
     place
         True to track the figure's position as well.
     spline
-        True to smooth with the spline, which has no gains, instead of tracking.
+        True to smooth with a spline, which has no gains, instead of tracking.
     cutoff
-        The cut-off of the spline in Hz.
+        The cut-off frequency of the spline in Hz.
     bursts
-        The joint and the frames [start, stop) of each burst to smooth, empty to smooth the whole
-        clip.
+        The joint and the frames [start, stop) of each noise burst to smooth. Empty to smooth the
+        whole clip.
     """
 
     joints: tuple[str, ...]
@@ -85,7 +85,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """The tracked parts, in a few words."""
+        """A few words for the tracked parts, such as '2 joints and the position'."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         if self.bursts:
             count = len({(start, stop) for _, start, stop in self.bursts})
@@ -101,14 +101,20 @@ class Judged:
     ----------
     id
         A number that identifies the interval during the whole review.
+    interval
+        The interval, with the reviewer's edits.
+    decision
+        The reviewer's decision.
     by_hand
-        True if a person created it.
+        True if a person inserted the interval.
     edited
-        True if a person has changed its frames or offset.
+        True if a person has changed the frames or the offset.
     supported
-        True if the detector still finds it at the current τ.
-    reviewer, decided_at, note, reason
-        The reviewer's name, the time (ISO 8601), the note, and the reason for a rejection.
+        True if the detector still finds the interval at the current τ.
+    reviewer, decided_at
+        The reviewer's name and the time (ISO 8601).
+    note, reason
+        The reviewer's note, and the reason for a rejection.
     in_bulk
         True if accepted together with other confident intervals, without viewing each one.
     """
@@ -127,22 +133,22 @@ class Judged:
 
     @property
     def corrects(self) -> bool:
-        """True if the interval is accepted and can be corrected."""
+        """True if the interval is accepted and can be corrected, so that an export corrects it."""
         return self.decision == Decision.ACCEPTED and self.interval.correctable
 
     @property
     def counts(self) -> bool:
-        """True if summaries count the interval among the intervals that can be corrected.
+        """True if summaries count the interval as a correctable error.
 
-        An error of a single joint is counted only after a person has accepted it.
+        An error of a single joint counts only after a person has accepted it.
         """
         return self.interval.repairable or self.corrects
 
     @property
     def reported(self) -> Interval:
-        """The interval as it is listed in reports.
+        """The interval as reports list it.
 
-        An error of a single joint is listed with an offset only after a person has accepted it.
+        An error of a single joint has an offset only after a person has accepted it.
         """
         if self.counts or not self.interval.kind.info.repairer:
             return self.interval
@@ -152,8 +158,8 @@ class Judged:
     def verdict(self) -> str:
         """The decision in the words that users see.
 
-        An accepted lone jump is 'seen', because it is not corrected. A twist error that was
-        accepted without a name and a time is an automatic correction that nobody has looked at.
+        An accepted interval that cannot be corrected, such as a lone jump, is 'seen'. An accepted
+        twist error without a reviewer's name and time is an automatic correction.
         """
         if self.decision == Decision.ACCEPTED and not self.interval.correctable:
             return SEEN
@@ -175,7 +181,7 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """The state of a review: its intervals, sorted by chain and start, and its settings.
+    """The state of a review.
 
     Parameters
     ----------
@@ -183,12 +189,18 @@ class ReviewState:
         Name of the detector.
     tau
         τ in radians, keyed by the name of the chain or limb.
+    intervals
+        The intervals, sorted by chain and start.
+    next_id
+        The id of the next new interval.
+    chain_order
+        The index of each chain in the order of the chains, keyed by name.
     tracking
         The settings for tracking after the twist correction, or None.
     rig
         The user's changes to the chains and limbs of the skeleton.
     left_out
-        Spans excluded from tuning.
+        Spans of frames [start, stop) that are excluded from tuning.
     """
 
     method: str
@@ -212,7 +224,10 @@ class ReviewState:
         raise KeyError(interval_id)
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs for a motion, and the accepted intervals."""
+        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+
+        An accepted interval that cannot be corrected, such as a lone jump, is excluded.
+        """
         return self.rig.chains(motion), self.chosen()
 
     def of_chain(self, chain: str) -> tuple[Judged, ...]:
@@ -220,9 +235,9 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval that may be the same, with the same frames, or None.
+        """Return an interval of the review that may be the same and has the same frames, or None.
 
-        Rejected intervals do not count.
+        Rejected intervals are ignored.
         """
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -232,9 +247,10 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Return the accepted intervals or, with `undecided`, all that are not rejected.
+        """Return the accepted intervals that can be corrected.
 
-        Lone jumps are left out, because they cannot be corrected even if a person accepts them.
+        Set `undecided` to True to include undecided intervals. Lone jumps are excluded, because
+        they cannot be corrected.
         """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(
@@ -248,7 +264,17 @@ class ReviewState:
         include_open: bool = False,
         confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
     ) -> tuple[int, ...]:
-        """Return the ids of the undecided intervals that qualify for automatic correction."""
+        """Return the ids of the undecided intervals that qualify for automatic correction.
+
+        Parameters
+        ----------
+        at_least
+            The lowest confidence, 0…1, or None for the default.
+        include_open
+            True to include open intervals.
+        confidence
+            A function that returns the confidence of an interval, or None.
+        """
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = automatic_corrections(
             undecided, at_least, include_open=include_open, confidence=confidence
@@ -263,11 +289,21 @@ class ReviewState:
         undecided: bool = False,
         order: Sequence[int] = (),
     ) -> int | None:
-        """Return the id of the next (+1) or previous (−1) interval, or None if there is no other.
+        """Return the id of the next (+1) or previous (−1) interval, or None if there is none.
 
-        At the end, the search continues at the beginning. Set `undecided` to True to skip decided
-        intervals. `order` lists ids in the order of a list on the screen; by default, intervals are
-        sorted by chain and start.
+        The search wraps around at both ends.
+
+        Parameters
+        ----------
+        interval_id
+            The current interval, or None to begin at an end.
+        direction
+            1 or −1.
+        undecided
+            True to skip decided intervals.
+        order
+            The ids in the order of a list on the screen. By default, intervals are sorted by chain
+            and start.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -303,7 +339,21 @@ def start_review(
     chains: Iterable[str],
     rig: Rig = AS_FOUND,
 ) -> ReviewState:
-    """Return the state of a new review, in which all intervals are undecided."""
+    """Return the state of a new review, in which all intervals are undecided.
+
+    Parameters
+    ----------
+    method
+        Name of the detector.
+    tau
+        τ in radians, keyed by the name of the chain or limb.
+    found
+        The detected intervals.
+    chains
+        Names of the chains and limbs in their order.
+    rig
+        The user's changes to the chains and limbs.
+    """
     judged = [Judged(k, interval.for_review) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
         method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
@@ -312,36 +362,36 @@ def start_review(
 
 
 def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
-    """Return the index of each chain, keyed by name."""
+    """Return the index of each chain in the given order, keyed by name."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session, to nine decimals of degrees.
+    """Return the interval with the precision of a session file: degrees with nine decimals.
 
-    −0.0 becomes 0.0. With this rounding, the window and `twistcore apply` correct by exactly the
-    same numbers.
+    With this rounding, the window and `twistcore apply` correct by exactly the same numbers. −0.0
+    becomes 0.0.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop). New frames have the offset of the nearest frame."""
+    """Return the interval with frames [start, stop), extended by the nearest frame's offset."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """True if two intervals of a chain have the same frames and offsets, up to rounding."""
+    """Return True if two intervals of a chain have the same frames and, up to rounding, offsets."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
-def levelled(interval: Interval, delta: float) -> Interval:
-    """Return the interval with all offsets shifted so that their median is `delta`, in radians.
+def with_level(interval: Interval, delta: float) -> Interval:
+    """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
-    An interval with soft ends is scaled instead: its ends stay soft, and `delta` becomes its
-    largest offset.
+    An interval with soft ends is scaled instead, so that its largest offset becomes `delta` and its
+    ends stay soft.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -349,26 +399,46 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset as the offset of all frames."""
+    """Return the interval with its median offset in all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
-def following(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with an offset in each frame that makes P's twist a straight line.
+def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
+    """Return the interval with offsets that turn the parent's twist into a straight line.
 
-    `theta_p` is the twist of P in radians, shape (frames,). This corrects errors that drift or
-    jitter.
+    The offsets remove all variation of the twist, such as drift or jitter.
+
+    Parameters
+    ----------
+    interval
+        The interval.
+    theta_p : array, shape (frames of the clip,)
+        The parent's twist θp in radians.
     """
     if interval.frames >= len(theta_p):
         return interval
-    return interval.with_offset(interval.start, off_line(theta_p, interval.start, interval.stop))
+    return interval.with_offset(
+        interval.start, relative_to_neighbours(theta_p, interval.start, interval.stop)
+    )
 
 
-def off_line(theta: Array, start: int, stop: int) -> Array:
-    """Return the twist in [start, stop) relative to the line between its neighbours, in (−π, π].
+def relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
+    """Return the angles in [start, stop) relative to a line between the neighbouring frames.
 
-    At an end of the clip there is only one neighbour, and the line is horizontal. If the span is
+    At an end of the clip, where one neighbour is missing, the line is horizontal. If the span is
     the whole clip, the line is at the level of the last frame.
+
+    Parameters
+    ----------
+    theta : array, shape (frames of the clip,)
+        Angles in radians.
+    start, stop
+        The span.
+
+    Returns
+    -------
+    array, shape (stop − start,)
+        In radians, in (−π, π].
     """
     outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
     before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
@@ -376,17 +446,20 @@ def off_line(theta: Array, start: int, stop: int) -> Array:
     return wrap(theta[start:stop] - (before + wrap(behind - before) * share))
 
 
-def carried_over(
+def with_earlier_decisions(
     earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An interval that nobody has changed in this review takes over the verdict, reviewer, note and
-    reason of the earlier interval of its chain with the most common frames, and its frames and
-    offset if these were edited. An interval that a person has changed in this review stays the
-    same. Earlier intervals made by hand are added. If `same_clip` is True, earlier intervals with a
-    decision that do not overlap any interval of this review are also added, marked as unsupported
-    by the detector. In another take, the error may not exist.
+    The rules are:
+
+    - An interval that nobody has changed in this review takes over the decision, reviewer, note and
+      reason of the earlier interval of its chain with the most common frames. If that interval was
+      edited, its frames and offset are taken over, too.
+    - An interval that a person has changed in this review stays the same.
+    - Earlier intervals made by hand are added.
+    - If `same_clip` is True, earlier decided intervals that overlap no interval of this review are
+      added, marked as unsupported by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -413,9 +486,9 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames, or a number ≤ 0 if there are none.
+    """Return the number of common frames of two intervals that may be the same error.
 
-    The result is also ≤ 0 if the intervals cannot be the same error.
+    The result is 0 or negative if there are no common frames or they cannot be the same error.
     """
     if not one.may_be_same(other):
         return 0
@@ -429,7 +502,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
     """Return the ids of intervals that overlap another interval of the same chain.
 
-    Rejected intervals are ignored.
+    Rejected intervals and intervals that cannot be corrected automatically are ignored.
     """
     out: set[int] = set()
     reach: Judged | None = None  # the previous interval with the last end
@@ -445,7 +518,7 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
     return frozenset(out)
 
 
-def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """Return an interval with the same offset, in radians, in all frames."""
+def constant_interval(chain: str, start: int, stop: int, delta: float) -> Interval:
+    """Return an interval with the offset `delta`, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

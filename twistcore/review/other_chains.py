@@ -1,4 +1,4 @@
-"""Change the chains of a review with their τ, and list the chains in which to detect again."""
+"""Change the chains of a review, with their τ, and detect again where the change has an effect."""
 
 from __future__ import annotations
 
@@ -15,11 +15,20 @@ from twistcore.review.model import ReviewState
 def changed_chains(
     before: ClipAnalysis, after: ClipAnalysis, state: ReviewState, what: str = ""
 ) -> ChangeChains:
-    """Return the command that changes a review from the chains `before` to the chains `after`.
+    """Return the command that changes a review from one set of chains to another.
 
-    A chain that is in both keeps its τ, but an automatic τ is computed again. The errors of
-    neighbouring chains are explained together, so a neighbour of an added or removed chain may now
-    have different intervals and is searched again. `what` is the name of the command.
+    A chain in both analyses keeps its τ, unless τ was automatic; then it is computed again.
+    Detection is also repeated in neighbours of an added or removed chain, since the errors of
+    neighbouring chains are explained together.
+
+    Parameters
+    ----------
+    before, after
+        The analyses of the clip with the old and the new chains.
+    state
+        The state of the review.
+    what
+        The command's name in the undo menu.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
@@ -40,12 +49,12 @@ def changed_chains(
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
-    """True if τ was the automatic one before, and the automatic τ has changed."""
+    """Return True if `tau` was the automatic τ before, and the automatic τ has changed since."""
     return math.isclose(tau, before) and not math.isclose(before, now)
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """True if a review would store the same data for both lists of intervals."""
+    """Return True if a session would store the same data for both lists of intervals."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

@@ -1,4 +1,4 @@
-"""Propose the frames and the offset of an interval that the user adds by hand."""
+"""Propose the frames and the offset of an interval that the user inserts by hand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
 from twistcore.detection.stretches import find_stretches, roll_off, stretch_over
-from twistcore.review.model import constant, off_line
+from twistcore.review.model import constant_interval, relative_to_neighbours
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle, slerp
@@ -23,16 +23,28 @@ from twistcore.skeleton.signals import TwistSignals
 _REACH = 0.5  # seconds before and after the frame in which edges are searched for
 _HALF = 0.05  # seconds before and after the frame if there are no edges
 _JUMPS = Kind.LONE_JUMP, Kind.JOINT_JUMP  # kinds that may be the edge of another error
-_SOON = 0.2  # seconds within which a joint returns, so that its frames may be interpolated
-_BACK = 0.4  # of a jump: a joint that comes so near to the frame before the jump has returned
-_FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
+_SOON = 0.2  # seconds; longest spike
+_BACK = 0.4  # largest angle between the frames before and after a spike, as a share of its jump
+_FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)  # smallest jumps that count as edges
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
     """Return an interval between the strongest counter-rotations before and after a frame.
 
-    If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
-    level of θp inside, relative to the line between the frames before and after.
+    The edges are searched within half a second. If there is no counter-rotation of 1° or more, the
+    interval is 0.1 s long. The offset is the level of θp inside, relative to the line between the
+    frames before and after.
+
+    Parameters
+    ----------
+    chain
+        Name of the chain.
+    signals
+        The chain's signals.
+    frame
+        The frame.
+    fps
+        Frames per second.
     """
     frames = len(signals.theta_p)
     reach = max(2, round(_REACH * fps))
@@ -43,20 +55,20 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
-    """Return an interval over [start, stop).
+    """Return an interval over [start, stop) with an offset proposed from the chain's signals.
 
-    The offset is the level of θp relative to the line between the neighbouring frames.
+    The offset is the level of θp inside, relative to the line between the frames before and after.
     """
-    level = median(off_line(signals.theta_p, start, stop))
-    return constant(chain, start, stop, level)
+    level = median(relative_to_neighbours(signals.theta_p, start, stop))
+    return constant_interval(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """Return a flip of a limb around a frame, between the nearest jumps before and after it.
+    """Return a limb flip around a frame, between the nearest jumps before and after it.
 
-    If there is no jump of 25° or more within half a second, the interval is 0.1 s long. Its offset
-    is the level of φ inside, relative to the line between the frames before and after. For a
-    straight limb, the offset is the jump at the start.
+    If there is no jump of 25° or more within half a second, the interval is 0.1 s long. The offset
+    is the level of the swivel angle inside, relative to the line between the frames before and
+    after. For a straight limb, the offset is the jump at the start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -67,11 +79,11 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 
 
 def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
-    """Return a flip of a limb over [start, stop), with an offset as in `proposed_flip`."""
-    level = circular_median(off_line(limb.swivel.angle, start, stop))
+    """Return a limb flip over [start, stop), with an offset as in :func:`proposed_flip`."""
+    level = circular_median(relative_to_neighbours(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
-    flip = replace(constant(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
+    flip = replace(constant_interval(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
     return replace(flip, carried=limb.end_carried(start, flip.offset))
 
 
@@ -80,9 +92,9 @@ def proposed_at_jump(
 ) -> Interval | None:
     """Return the error that a lone jump or a joint jump begins or ends, as a suggestion, or None.
 
-    It is a stretch if the joint stays turned about its bone, and a spike if the joint soon comes
-    back. `others` are the other intervals of the clip. Raises TwistError if the clip has no such
-    joint.
+    The error is a stretch if the joint stays rotated about its bone, and a spike if the joint soon
+    returns. `others` are the other intervals of the clip. Raises TwistError if the clip does not
+    have the jump's joint.
     """
     joint = joint_of(search.motion.skeleton, jump)
     return _stretch_at(search, joint, jump, others) or _spike_at(search.motion, joint, jump)
@@ -93,11 +105,13 @@ def _stretch_at(
 ) -> Interval | None:
     """Return the stretch that a jump begins or ends, or None.
 
-    If none was detected, it reaches from the jump to the next or the previous jump of the joint, or
-    to an end of the clip: to the side on which the roll is farther from the usual roll. The result
-    is None if the roll differs by less than half of the jump on both sides, or if turning the joint
-    back about its bone leaves more than half of a joint jump. If the usual roll is unknown, the
-    stretch is on the shorter side.
+    A stretch that the detector finds is preferred. If there is none, two spans are compared: from
+    the previous jump of the joint (or the clip's start) to this jump, and from this jump to the
+    next jump (or the clip's end). The stretch is the span in which the roll is farther from the
+    usual roll or, if the usual roll is unknown, the shorter span.
+
+    The result is None if the roll differs by less than half of the jump in both spans, or if
+    rotating the joint back about its bone leaves more than half of a joint jump.
     """
     for found in (i for own in find_stretches(search).values() for i in own):
         if found.joint == jump.joint and jump.start in (found.start, found.stop):
@@ -124,7 +138,7 @@ def _stretch_at(
 
 
 def _removes(search: KindSearch, stretch: Interval, jump: Interval) -> bool:
-    """Return True if turning the joint of a stretch back removes at least half of a jump."""
+    """Return True if the correction of a stretch removes at least half of a jump."""
     joint, first, stop = joint_of(search.motion.skeleton, stretch), jump.start - 1, jump.start + 1
     before = (search.corrected() or search.motion.sliced)(first, stop)
     after = turned_back(before, [stretch.within(first, stop)])
@@ -133,7 +147,7 @@ def _removes(search: KindSearch, stretch: Interval, jump: Interval) -> bool:
 
 
 def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
-    """Return the spike that a jump begins or ends if the joint comes back within 0.2 s, or None."""
+    """Return the spike that a jump begins or ends if the joint returns within 0.2 s, or None."""
     own, at = motion.rotations[:, joint], jump.start
     longest = max(3, round(_SOON * motion.fps))
     size = float(geodesic_angle(own[at - 1], own[at]))
@@ -146,7 +160,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
             way = slerp(own[start - 1], own[stop], 0.5)
             off = float(geodesic_angle(own[(start + stop) // 2], way))
             return replace(
-                constant(jump.chain, start, stop, off),
+                constant_interval(jump.chain, start, stop, off),
                 open=True,
                 residual=off,
                 kind=Kind.SPIKE,
@@ -157,7 +171,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges of a proposed interval, replacing missing ones (−1).
+    """Return the edges of a proposed interval, with missing edges (−1) replaced.
 
     A missing edge is placed 0.1 s from the other edge. If both are missing, the interval is placed
     around the frame.

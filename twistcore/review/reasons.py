@@ -1,4 +1,4 @@
-"""Restore the evidence for the intervals of a session, since session files do not store it."""
+"""Restore the evidence of the intervals in a session, since session files do not store evidence."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from twistcore.review.model import Judged, ReviewState
 
 
 def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """Return the intervals that the detector finds at a review's τ.
+    """Return the intervals that the review's detector finds at the review's τ.
 
-    No long computation is started. Chains that the detector has not processed yet are left out.
+    Chains that the detector has not examined yet are skipped, so the function returns quickly.
     """
     # The review's detector may be missing, or it may fail on the clip.
     method = analysis.usable(state.method)
@@ -24,11 +24,12 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 
 
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
-    """Return a function that adds evidence to the intervals of a review.
+    """Return a function that adds the evidence of detected intervals to the intervals of a state.
 
-    The evidence comes from intervals in `found` with the same chain, kind and frames. Existing
-    evidence is kept, and no evidence is added to an interval made by hand. Repeated calls with the
-    same state return the same objects. If there is nothing to add, the state is returned unchanged.
+    An interval gets the evidence of an interval in `found` with the same chain, kind, joint and
+    frames. Intervals that already have evidence or were made by hand stay the same. The function
+    returns the same object for the same state, and returns a state unchanged if there is nothing to
+    add.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}

@@ -1,4 +1,4 @@
-"""The session file, which stores a review so that it can be continued or replayed later."""
+"""Read and write session files, which store a review so that it can be continued or replayed."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from twistcore.files.document_values import (
     DEGREES,
     above_zero,
     bytes_of,
+    errors_naming,
     flag,
     frames,
     has,
@@ -28,7 +29,6 @@ from twistcore.files.document_values import (
     parsed_json,
     path_text,
     read_each,
-    saying,
     text,
     texts,
     unexpected,
@@ -48,20 +48,21 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.session/1"
-# Sessions with tracking: programs that cannot track must not replay the rest.
+# For sessions with tracking. A program that cannot track must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
-# Sessions with limbs, whose flips an older program would read as twists, or with edited chains,
-# whose intervals it would not find.
+# For sessions with limb flips, which older programs would read as twists, or with edited chains,
+# whose intervals older programs would not find.
 LIMBS_SCHEMA = "twistcore.session/3"
-# Sessions that track both ways or the position, which an older program would track differently.
+# For sessions that track forward and backward, or that track the position. Older programs would
+# track differently.
 BOTH_WAYS_SCHEMA = "twistcore.session/4"
-# Sessions with accepted errors of single joints, which an older program would not correct.
+# For sessions with accepted errors of single joints, which older programs would not correct.
 JOINTS_SCHEMA = "twistcore.session/5"
-# A session that smooths with the spline, which an older program does not have.
+# For sessions that smooth with the spline, which older programs do not have.
 SPLINE_SCHEMA = "twistcore.session/6"
 _SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA, SPLINE_SCHEMA)
 _WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA, SPLINE_SCHEMA)
-# Fields of an interval under review in files, besides the interval, its id and the decision.
+# Fields of an interval under review in addition to the interval, its id and the decision.
 _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("by_hand", "edited", "supported"), flag),
     **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), text),
@@ -70,9 +71,18 @@ _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A review and its clip, as stored in a file.
+    """A review and its clip, as stored in a session file.
 
-    The clip is identified by its path when the session was saved and by the SHA-256 of its bytes.
+    Parameters
+    ----------
+    clip
+        The clip's path when the session was saved.
+    sha256
+        The SHA-256 of the clip's bytes.
+    fps
+        The clip's frame rate.
+    state
+        The state of the review.
     """
 
     clip: str
@@ -81,15 +91,18 @@ class Session:
     state: ReviewState
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs for a motion, and the accepted intervals."""
+        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+
+        An accepted interval that cannot be corrected, such as a lone jump, is excluded.
+        """
         return self.state.to_correct(motion)
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON data, with frame numbers, and degrees with nine decimals.
+    """Return a session as JSON data, in which angles are in degrees with nine decimals.
 
-    The oldest possible schema is used, so that older programs can read all sessions that use no
-    newer features.
+    The oldest possible schema is used, so that older programs can read sessions without newer
+    features.
     """
     tracking = state.tracking
     otherwise = needs_both_ways_schema(tracking)
@@ -122,9 +135,9 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """True if a session must store kinds of errors or τ of limbs, unlike in the first schemas.
+    """Return True if the first schemas cannot store the review.
 
-    This is the case if any interval is not a counter-twist, or if there is a τ for a limb.
+    These schemas have only counter-twists, and τ of chains but not of limbs.
     """
     joints = set(clip.motion.skeleton.names)
     of_limb = any(name not in joints for name in state.tau)
@@ -132,7 +145,7 @@ def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
-    """Return the bytes of a session file."""
+    """Return the contents of a session file."""
     return json_bytes(session_document(clip, state))
 
 
@@ -233,11 +246,11 @@ def read_session(path: str | Path) -> Session:
 
 
 def read_session_file(path: Path) -> tuple[Session, str]:
-    """Return the session in a file, and the SHA-256 of the file's bytes."""
+    """Return the session in a file, and the SHA-256 of the file's bytes. Raises TwistError."""
     if not is_there(path):
         raise TwistError(f"{path}: expected a session file, but there is no such file")
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         if instead := found_instead(data, SESSION, JSON):
             raise FormatError(instead)
         session = session_from_document(parsed_json(data))
@@ -245,10 +258,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document.
-
-    Raises FormatError with the missing or wrong part.
-    """
+    """Return the session in JSON data. Raises FormatError if a part is missing or wrong."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -284,32 +294,32 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Return an angle in degrees with nine decimals, and 0.0 instead of −0.0."""
+    """Convert an angle from radians to degrees with nine decimals, with −0.0 as 0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """Return τ in degrees, keyed by the name of the chain or limb."""
+    """Return τ in degrees as JSON data, keyed by the name of the chain or limb."""
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
 def tau_from_json(entry: Any) -> dict[str, float]:
-    """Return τ in radians, keyed by name. Raises FormatError if the data is damaged."""
+    """Return τ in radians, keyed by name, from JSON data in degrees. Raises FormatError."""
     degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
     return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
 
 
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
-    """True if the position is tracked, or if tracking runs forward and backward.
+    """Return True if tracking includes the position, or runs forward and backward.
 
-    The first programs with tracking would ignore the keys for these settings, so a newer schema is
-    needed.
+    The first programs with tracking would ignore these settings, so such a session needs a newer
+    schema.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
 
 def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
-    """Return the tracking as JSON data."""
+    """Return the tracking settings as JSON data."""
     smooth = {"cutoff": tracking.cutoff, "bursts": [list(burst) for burst in tracking.bursts]}
     return {
         "joints": list(tracking.joints),
@@ -328,7 +338,7 @@ def tracking_from_json(entry: Any) -> Tracking:
     """Return the tracking settings in JSON data. Raises FormatError if they are damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
-    causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these two
+    causal = flag(entry.get("causal", True), "causal")  # the first files lack this key and the next
     place = flag(entry.get("place", False), "place")
     if not (joints or place):
         raise FormatError("expected joints to track, found an empty list")
@@ -347,7 +357,7 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def _burst_from_json(entry: Any) -> tuple[str, int, int]:
-    """Return the joint and the frames of a burst. Raises FormatError if they are damaged."""
+    """Return the joint and the frames [start, stop) of a noise burst. Raises FormatError."""
     if not (isinstance(entry, list) and len(entry) == 3):
         raise FormatError("expected a joint and two frames for a burst")
     start, stop = (whole(frame, "bursts") for frame in entry[1:])
@@ -357,9 +367,10 @@ def _burst_from_json(entry: Any) -> tuple[str, int, int]:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data. Its offset, in degrees, is one number or one per frame.
+    """Return an interval as JSON data.
 
-    Set `kinds` to True to write the kind also for a counter-twist.
+    The offset, in degrees, is one number if it is constant, or a list with one number per frame. If
+    `kinds` is True, the kind is written even for a counter-twist.
     """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
     entry = {
@@ -379,7 +390,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 def interval_from_json(entry: Any) -> Interval:
     """Return the interval in JSON data. Raises FormatError if it is damaged.
 
-    A constant offset is stored as one number in memory, because damaged frame numbers may be huge.
+    A constant offset uses the memory of one number, since damaged frame numbers may be huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -399,9 +410,9 @@ def interval_from_json(entry: Any) -> Interval:
 
 
 def _kind(entry: Any) -> Kind:
-    """Return the kind of error with this name, which may be from a later version.
+    """Return the kind of error with a name. The name may be from a later version.
 
-    Raises FormatError for anything else.
+    Raises FormatError if the name is not a string or is spelled differently.
     """
     if not text(entry, "kind").strip():
         raise unexpected("a string", "kind", entry)
@@ -411,7 +422,7 @@ def _kind(entry: Any) -> Kind:
 
 
 def _offset(entry: Any, frames: int) -> Array:
-    """Return an offset in radians, (frames,), from one number or one per frame in degrees."""
+    """Return an offset in radians, shape (frames,), from degrees: one number or one per frame."""
     listed = entry if isinstance(entry, list) else [entry]
     degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):
@@ -420,10 +431,7 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data.
-
-    `kinds` has the same meaning as in :func:`interval_to_json`.
-    """
+    """Return an interval under review as JSON data. `kinds` is as in :func:`interval_to_json`."""
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),
@@ -436,7 +444,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
     """Return an interval under review from JSON data. Raises FormatError if it is damaged.
 
-    If `kinds` is True, the kind is required also for a counter-twist.
+    If `kinds` is True, a counter-twist without a kind counts as damaged.
     """
     has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
     has(entry, *(("kind", "carried") if kinds else ()))

@@ -1,4 +1,4 @@
-"""Describe the onset of a soft error in words."""
+"""Describe how gradually a soft error begins and ends."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array
 
-SOFT = "a soft onset"  # marks the evidence of an interval with a soft onset
-BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at the start and end of the onset
+SOFT = "a soft onset"  # value of the evidence "follows" of a soft error
+BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the rise begins and ends
 
 
 def is_soft(interval: Interval) -> bool:
-    """True if the interval was found as a soft error, which begins and ends gradually."""
-    offset = interval.offset  # constant between jumps: most intervals need no evidence here
+    """Return True if the interval was found as a soft error, which begins and ends gradually."""
+    offset = interval.offset  # usually constant; then the evidence need not be computed
     if not len(offset) or (offset[0] == offset).all():
         return False
     return (interval.evidence or {}).get("follows") == SOFT
 
 
 def soft_onset(interval: Interval) -> str:
-    """Describe the onset and the size of a soft error, or return '' for other errors."""
+    """Describe the onset and the size of a soft error in words, or return '' for other errors."""
     if not is_soft(interval):
         return ""
     sigma = (interval.evidence or {})["sigma_deg"]
@@ -38,7 +38,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return the durations, in frames, of an offset's rise to its maximum and of its fall."""
+    """Return the number of frames in which an offset rises to its maximum and in which it falls."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

@@ -12,11 +12,11 @@ from typing import Any, TypeVar
 from twistcore.errors import FormatError
 from twistcore.files.document_values import (
     bytes_of,
+    errors_naming,
     flag,
     has,
     items,
     parsed_toml,
-    saying,
     text,
     texts,
 )
@@ -184,7 +184,7 @@ def read_words(path: Path) -> dict[str, Any]:
     Raises TwistError or FormatError if the file is damaged.
     """
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         document = parsed_toml(data)
         try:
             _vocabulary(document)

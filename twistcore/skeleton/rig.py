@@ -15,11 +15,11 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     bytes_of,
+    errors_naming,
     has,
     one_of,
     parsed_toml,
     read_each,
-    saying,
     shown_value,
     text,
     texts,

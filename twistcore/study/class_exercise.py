@@ -19,6 +19,7 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
     bytes_of,
+    errors_naming,
     frames,
     has,
     number,
@@ -26,7 +27,6 @@ from twistcore.files.document_values import (
     parsed_json,
     path_text,
     read_each,
-    saying,
     text,
     unexpected,
 )

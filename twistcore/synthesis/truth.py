@@ -16,6 +16,7 @@ from twistcore.files.document_values import (
     MOST_FRAMES,
     above_zero,
     bytes_of,
+    errors_naming,
     flag,
     has,
     items,
@@ -24,7 +25,6 @@ from twistcore.files.document_values import (
     parsed_json,
     path_text,
     read_each,
-    saying,
     text,
     unexpected,
     whole,
@@ -99,7 +99,7 @@ def write_truth(path: Path, truth: Truth) -> None:
 def read_truth(path: Path) -> Truth:
     """Read a truth file. Raises FormatError or TwistError if it is invalid."""
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         document = parsed_json(data)
         if not isinstance(document, dict) or document.get("schema") != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")

@@ -1,12 +1,15 @@
-"""Choose the threshold τ of each joint from the noise of clips and from errors injected into them.
+"""Choose the threshold τ of each chain from the noise of clips and from errors injected into them.
 
-[Choi26] uses a threshold τ but does not specify its value. This package chooses τ by its cost. At
-every τ of a grid, the cost depends on the share of injected error frames that are corrected (FSR),
-and on the number of false alarms in the clips after their existing errors were removed. `twistcore
-tune` and the window's tuning tab use this package.
+[Choi26] uses a threshold τ but does not specify its value. This package computes the cost of every
+τ in a grid and suggests the τ with the lowest cost. The cost depends on
+
+- the share of injected error frames that are repaired (FSR), and
+- the number of false alarms in the clips, whose existing errors are removed first.
+
+`twistcore tune` and the window's tuning tab use this package.
 """
 
-from twistcore.tuning.cleaning import Verdicts, cleaned
+from twistcore.tuning.cleaning import Verdicts, without_known_errors
 from twistcore.tuning.clip_curves import ClipTuning, clip_curves, clip_tuning
 from twistcore.tuning.drawn_errors import DrawnErrors
 from twistcore.tuning.injected_curve import GRID, Span, tau_curve
@@ -25,7 +28,6 @@ __all__ = [
     "TauCurve",
     "Tuned",
     "Verdicts",
-    "cleaned",
     "clip_curves",
     "clip_tuning",
     "cost_of_all",
@@ -33,5 +35,6 @@ __all__ = [
     "shared_tau",
     "tau_curve",
     "tuned",
+    "without_known_errors",
     "write_profile",
 ]

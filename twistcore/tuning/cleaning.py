@@ -1,6 +1,6 @@
-"""Remove the errors that a clip already has before τ is tuned on it.
+"""Remove the existing errors of a clip before τ is tuned on it.
 
-Existing errors would count as false alarms and hide the errors injected for measuring.
+Existing errors would count as false alarms and would hide the injected errors.
 """
 
 from __future__ import annotations
@@ -14,48 +14,48 @@ from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-SURE = 0.9  # from this confidence, an interval counts as an error without a person's verdict
-AUDITOR = DEFAULT_METHOD  # used whichever detector is tuned, since the paper's gives no confidence
+SURE = 0.9  # minimum confidence of an interval that counts as an error without a verdict
+AUDITOR = DEFAULT_METHOD  # finds existing errors; the paper's detector gives no confidence
 
 
 @dataclass(frozen=True, eq=False)
 class Verdicts:
-    """A person's verdicts on a clip.
+    """A person's verdicts on the intervals of a clip.
 
     Parameters
     ----------
     errors
-        Intervals that are wrong.
+        The accepted intervals, which are real errors.
     natural
-        Spans (chain, start, stop) of correct motion, with `stop` exclusive. A detection in them is
-        a false alarm.
+        Spans (chain, start, stop) of rejected intervals, with `stop` exclusive. Their motion is
+        correct, so a detection in them is a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
     natural: tuple[tuple[str, int, int], ...] = ()
 
 
-def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person marked or the detector is certain of.
+def without_known_errors(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
+    """Return the motion without the errors that a person accepted or the detector is certain of.
 
-    Detections that overlap one of the person's verdicts are ignored.
+    A detection that overlaps one of the person's verdicts is ignored.
     """
     verdicts = verdicts or Verdicts()
     wrong = [*presumed_errors(given, verdicts), *verdicts.errors]
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 
 
-def capture(motion: Motion) -> tuple[int, int]:
+def captured_span(motion: Motion) -> tuple[int, int]:
     """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
 
-    A single T-pose in frame 0 is not removed, since it contains no blend.
+    A single T-pose in frame 0 remains, since it contains no blend.
     """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
     return first if first > 1 else 0, stop
 
 
 def presumed_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
-    """Return the unjudged intervals that the detector is certain are errors."""
+    """Return the detected intervals without a verdict that are almost certainly errors."""
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
     sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     return tuple(i for i in sure if not _touches(i, judged))

@@ -1,4 +1,4 @@
-"""Compute the τ curve of each chain of a clip: the cost of every τ."""
+"""Compute the τ curves of the chains of a clip. A τ curve is the cost of every τ in a grid."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig
-from twistcore.tuning.cleaning import AUDITOR, Verdicts, capture, cleaned, presumed_errors
+from twistcore.tuning.cleaning import (
+    AUDITOR,
+    Verdicts,
+    captured_span,
+    presumed_errors,
+    without_known_errors,
+)
 from twistcore.tuning.injected_curve import GRID, Span, tau_curve
 from twistcore.tuning.listed_intervals import ListCounts, list_counts
 from twistcore.tuning.tau_curve import TauCurve
@@ -31,23 +37,29 @@ SEEDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ClipTuning:
-    """A clip whose existing errors were removed, analysed to compute the τ curves of its chains.
+    """A clip without its existing errors, from which the τ curves of its chains are computed.
 
     Parameters
     ----------
     name
-        The clip's name, which seeds the errors together with `seeds`.
+        The clip's name, which seeds the injected errors together with `seeds`.
+    clean
+        The analysis of the clip without its existing errors and without the blends at its ends.
+    method
+        The detector for which τ is tuned.
+    seeds
+        Seeds of the injected errors, one for each draw.
     first
-        The frame of the given clip at which `clean` begins.
+        The frame of the original clip at which `clean` begins.
     left_out
-        Half-open spans of the given clip that are not used, including the blends at its ends.
+        Half-open spans of the original clip that are not used, including the blends at its ends.
     given
-        The analysis of the whole clip with its existing errors, whose intervals are counted. None
-        if there are no verdicts on them.
+        The analysis of the original clip, in which listed intervals are counted. None if the clip
+        has not been reviewed.
     verdicts
-        A person's verdicts on these intervals.
+        A person's verdicts on the intervals of `given`.
     presumed
-        The spans (chain, start, stop) of unjudged intervals that the detector is certain are
+        The spans (chain, start, stop) of intervals without a verdict that are almost certainly
         errors.
     """
 
@@ -63,12 +75,12 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the chains that have a curve: all correctable chains."""
+        """Return the names of the chains that have a curve: all chains that can be corrected."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
     def curve(self, chain: str) -> TauCurve:
-        """Return the cost of every τ for one of `names`."""
+        """Return the τ curve of one of the chains in `names`."""
         spans = [(start, stop) for name, start, stop in self.verdicts.natural if name == chain]
         curve = tau_curve(
             self.clean,
@@ -85,12 +97,12 @@ class ClipTuning:
         return replace(curve, alarms=curve.alarms + counts.rejected, counts=counts)
 
     def _in_clean(self, spans: Sequence[Span]) -> list[Span]:
-        """Return spans of the given clip as spans of `clean`."""
+        """Convert spans of the original clip to frames of `clean`, and drop spans outside it."""
         here = [(start - self.first, stop - self.first) for start, stop in spans]
         return [(max(a, 0), b) for a, b in here if b > 0 and a < self.clean.motion.frames]
 
     def _counts(self, chain: str) -> ListCounts:
-        """Return the numbers of listed intervals of a chain at every τ of the grid."""
+        """Count the listed intervals of a chain at every τ of the grid."""
         assert self.given is not None
         detector = self.given.detector(self.method)
         by_tau = [list_counts(detector, chain, t, self.verdicts, self.left_out) for t in GRID]
@@ -111,15 +123,14 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's existing errors and the blends at its ends, and analyse the rest.
 
-    With `verdicts`, even if there are none yet, the curves also count the intervals that are listed
-    at every τ. `left_out` are further half-open spans, in which alarms do not count and no errors
-    are injected.
+    If `verdicts` is not None, the curves also count the intervals that are listed at every τ.
+    Alarms in the half-open spans `left_out` do not count, and no errors are injected there.
     """
     whole = analyse(motion, rig=rig)
     given = analyse(motion, whole.chains)
-    without = cleaned(given, verdicts)
+    without = without_known_errors(given, verdicts)
     presumed = presumed_errors(given, verdicts or Verdicts())
-    first, stop = capture(without)
+    first, stop = captured_span(without)
     chains = tuple(c for c in given.chains if not isinstance(c, Helper))
     if (first, stop) != (0, motion.frames):
         without = without.sliced(first, stop)
@@ -149,12 +160,33 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """Return the τ curves of all correctable chains of a clip, keyed by chain name.
+    """Return the τ curves of all chains of a clip that can be corrected, keyed by chain name.
 
-    The result is empty if all frames are left out, since every τ would then cost the same.
-    `session` is a session of this clip whose chains, verdicts and left-out frames are used, as in
-    the window. `words` are the user's words for joints, from
-    :func:`twistcore.skeleton.joint_names.read_words`. Raises TwistError.
+    Parameters
+    ----------
+    path
+        The clip.
+    method
+        The detector for which τ is tuned.
+    seeds
+        Number of draws of injected errors.
+    rig
+        The user's changes to the chains. A session's rig replaces it.
+    session
+        A session of this clip, whose chains, verdicts and left-out frames are used, as in the
+        window.
+    words
+        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`.
+
+    Returns
+    -------
+    dict
+        Empty if all frames are left out, since every τ would then cost the same.
+
+    Raises
+    ------
+    TwistError
+        If the clip or the session cannot be read, or if they do not belong together.
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)

@@ -1,4 +1,7 @@
-"""Decide whether all chains can share one τ, tested on verdicts that were not used to choose it."""
+"""Decide whether one τ is enough for all chains, or which chains need their own τ.
+
+The decision is tested on verdicts that were not used to choose τ.
+"""
 
 from __future__ import annotations
 
@@ -13,22 +16,26 @@ from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_cur
 from twistcore.tuning.verdicts_of import JudgedClip
 
 _DRAWS = 1000
-_DOUBT = 0.05  # probability that any chain gets its own τ by chance
+_DOUBT = 0.05  # accepted probability that any chain gets its own τ by chance
 
 
 @dataclass(frozen=True, eq=False)
 class ChainTau:
-    """A chain compared with the common τ.
+    """The τ of one chain compared with the common τ.
 
     Attributes
     ----------
+    chain
+        Name of the chain.
+    curve
+        Precision and recall of the chain at every τ.
     own
-        The τ suggested for this chain alone, None if it has too few verdicts.
+        The τ suggested for this chain alone, or None if the chain has too few verdicts.
     apart
         True if `own` costs less than the common τ, even on verdicts that were not used to choose
-        it.
+        `own`.
     gain
-        The reduction of the cost, as a fraction of the chain's errors.
+        The amount by which `own` lowers the cost, as a fraction of the chain's errors.
     """
 
     chain: str
@@ -40,13 +47,16 @@ class ChainTau:
 
 @dataclass(frozen=True, eq=False)
 class CommonTau:
-    """The τ suggested by all chains together, and a comparison of every chain with it."""
+    """The τ suggested from the verdicts on all chains, with a comparison for each chain."""
 
     common: Suggestion | None
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ for a chain in radians: its own τ if it needs one, or the common τ."""
+        """Return the τ of a chain in radians: its own τ if the chain needs one, or the common τ.
+
+        The result is None if there are too few verdicts for a common τ.
+        """
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
@@ -63,7 +73,7 @@ class CommonTau:
         )
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Yield sentences about whether one τ is enough, and about why a chain needs its own τ.
+        """Yield sentences that say whether one τ is enough, and why some chains need their own.
 
         `label` is a function that returns the displayed name of a chain.
         """
@@ -122,9 +132,10 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return the numbers of additional errors found and of false alarms avoided by `own`.
+    """Compare the τ of one chain, `own`, with the common τ.
 
-    `own` is the τ suggested for this chain alone. It is compared with the common τ.
+    Returns the number of additional errors that `own` finds and the number of false alarms that it
+    avoids. Both can be negative.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -138,9 +149,11 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """Return the common τ and the chains that need a different τ.
+    """Return the common τ and the chains that need their own τ.
 
-    The verdicts on those chains do not affect the common τ.
+    The verdicts on chains with their own τ do not affect the common τ. `price` is the cost of one
+    false alarm per clip. `smallest` is the size, in radians, of the smallest error that must be
+    found. `seed` seeds the resampling of the verdicts.
     """
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
@@ -180,9 +193,10 @@ def _gain(
 ) -> tuple[float, float]:
     """Return the mean saving by a chain's own τ, and the share of draws with a saving.
 
-    The saving is relative to the common τ. Every draw chooses a τ, and its saving is measured on
-    the rows that were not drawn, since it is always the cheapest on the drawn rows. Errors of other
-    chains help to choose τ, but only this chain's rows count as savings.
+    The saving is the reduction of the cost relative to the τ `common` (radians). Every draw chooses
+    a τ from the drawn rows of the curve and is tested on the other rows, since the chosen τ is
+    always the cheapest on the drawn rows. Errors of other chains help to choose τ, but only this
+    chain's rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

@@ -1,4 +1,4 @@
-"""Describe the cost of a τ and its uncertainty in words."""
+"""Describe the cost of a τ and the uncertainty of this cost in words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from twistcore.tuning.tau_curve import Cost
 
 
 def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
-    """Return the FSR with its band, such as '93.1 % (86–97)', or '–' if no error was injected."""
+    """Return the FSR with its confidence limits, such as '93.1 % (86–97)', or '–' without errors.
+
+    FSR is the share of injected error frames that are repaired.
+    """
     if math.isnan(cost.fsr):
         return "–"
     said = f"{100.0 * cost.fsr:.{digits}f}{unit}"
@@ -23,7 +26,7 @@ def count_words(cost: Cost) -> str:
 
 
 def band_words(cost: Cost) -> str:
-    """Return a sentence that explains the confidence band."""
+    """Return a sentence about the confidence interval of the FSR."""
     if math.isnan(cost.low):
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high
@@ -34,7 +37,7 @@ def band_words(cost: Cost) -> str:
 
 
 def alarm_words(cost: Cost) -> str:
-    """Return a sentence about the alarms to expect in other clips, given those in one clip."""
+    """Return a sentence about the number of false alarms to expect in similar clips."""
     if not cost.minutes:
         return "No frame was examined."
     low, high = cost.rate_band

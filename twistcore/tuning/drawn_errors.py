@@ -1,4 +1,7 @@
-"""The result for each injected error, and the uncertainty of the FSR computed from them."""
+"""Store how well each injected error is repaired, and compute the FSR and its uncertainty.
+
+FSR is the share of error frames that are repaired. Errors injected together form a draw.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ _SAME_SIZE = 1e-9  # radians
 
 @dataclass(frozen=True, eq=False)
 class DrawnErrors:
-    """Errors injected into clips, with the number of frames repaired at every τ.
+    """Errors injected into clips, with the number of frames repaired at every τ of a grid.
 
     Parameters
     ----------
@@ -26,11 +29,11 @@ class DrawnErrors:
     frames
         Number of frames of each error, shape (errors,).
     kind
-        Index of each error's protocol, shape (errors,).
+        Index of the protocol from which each error was drawn, shape (errors,).
     draw
-        Index of each error's draw (the errors that were injected together), shape (errors,).
+        Index of each error's draw, shape (errors,).
     repaired
-        Number of corrected frames of each error at every τ, shape (errors, n).
+        Number of repaired frames of each error at each of n values of τ, shape (errors, n).
     """
 
     size: Array
@@ -45,7 +48,7 @@ class DrawnErrors:
         return DrawnErrors(*(np.concatenate(pair) for pair in pairs))
 
     def of(self, chosen: NDArray[np.bool_]) -> DrawnErrors:
-        """Return the errors selected by an index or mask."""
+        """Return the errors selected by a mask, shape (errors,)."""
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
@@ -53,9 +56,9 @@ class DrawnErrors:
         return self.of(self.size >= smallest - _SAME_SIZE)
 
     def between(self, below: int, share: float) -> DrawnErrors:
-        """Return the errors at a single τ, interpolated between grid point `below` and the next.
+        """Return the errors at a single τ between grid point `below` and the next one.
 
-        `share` is the fraction of the way to the next grid point.
+        `share` is the distance from `below`, as a fraction of the step to the next grid point.
         """
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]
@@ -63,16 +66,16 @@ class DrawnErrors:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of repaired error frames, 0…1, shape (n,); NaN without errors."""
+        """Return the fraction of repaired error frames, 0…1, shape (n,), or NaN without errors."""
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence limits of the FSR, two arrays of shape (n,).
+        """Return the lower and upper 95 % confidence limit of the FSR, each of shape (n,).
 
-        The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
-        Donner 2008], since the number of frames of each protocol is not random.
+        Wilson bounds are computed for each protocol and combined as in [Zou & Donner 2008], since
+        the number of frames of each protocol is fixed.
         """
         if not self.frames.sum():
             return self._nothing, self._nothing
@@ -86,10 +89,10 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Return the Wilson bounds of the FSR. They are valid even for few errors.
+        """Return the Wilson bounds of the FSR, which are valid even for few errors.
 
-        Errors are weighted by their numbers of frames. If the errors of a draw tend to be repaired
-        or missed together, they are treated as correspondingly fewer errors.
+        Each error is weighted by its number of frames. If the errors of a draw tend to be repaired
+        or missed together, they count as correspondingly fewer errors.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())
@@ -101,7 +104,7 @@ class DrawnErrors:
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
     def _variance_between_draws(self, p: Array) -> Array:
-        """Return the variance of the FSR between draws, (n,), or 0 for fewer than two draws."""
+        """Return the variance of the FSR `p` between draws, shape (n,), or 0 for a single draw."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1
         if draws < 2:
@@ -117,7 +120,7 @@ class DrawnErrors:
 
 
 def rate_band(count: float) -> tuple[float, float]:
-    """Return the 95 % confidence interval of the mean of a Poisson count."""
+    """Return the 95 % confidence interval of the mean of a Poisson-distributed count."""
     from scipy.special import gammaincinv  # slow to load; only needed for a curve
 
     low = float(gammaincinv(count, _TAIL)) if count > 0.0 else 0.0

@@ -1,4 +1,4 @@
-"""Find the sessions in a folder of clips."""
+"""Find the session files in a folder of clips."""
 
 from __future__ import annotations
 
@@ -15,16 +15,23 @@ from twistcore.formats.reading import file_prefix
 from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
-_SESSION = ".twist.json"  # the program's default; a person may choose another name
-_REPLAY = ".replay.json"  # the record of an export; its review is also in the clip's session
+_SESSION = ".twist.json"  # the default suffix; the user may choose another name
+_REPLAY = ".replay.json"  # the record of an export, whose review is also in the clip's session
 
 
 @dataclass(frozen=True)
 class Damaged:
-    """A session that cannot be read, with the reason.
+    """A session file that cannot be read.
 
-    `clip` is the clip in the same folder to which the file's content or name refers, or the folder
-    if there is no such clip.
+    Parameters
+    ----------
+    path
+        The session file.
+    clip
+        The clip in the same folder to which the file's content or name refers, or the folder if
+        there is no such clip.
+    why
+        The reason why the file cannot be read.
     """
 
     path: Path
@@ -34,7 +41,15 @@ class Damaged:
 
 @dataclass(frozen=True)
 class FolderSessions:
-    """The session of every clip that has one, and the sessions that cannot be read."""
+    """The sessions in a folder.
+
+    Parameters
+    ----------
+    of
+        The session file of each clip that has one, keyed by the clip's path.
+    damaged
+        The session files that cannot be read.
+    """
 
     of: Mapping[Path, Path]
     damaged: tuple[Damaged, ...]
@@ -48,8 +63,8 @@ class FolderSessions:
 def sessions_in(folder: Path) -> FolderSessions:
     """Return the session of each clip in a folder.
 
-    If a clip has several sessions, the latest session for the clip's current content is chosen. If
-    none is for this content, the latest of all is chosen.
+    If a clip has several sessions, the newest one for the clip's current content is chosen, or the
+    newest of all if none is for the current content.
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
@@ -67,10 +82,10 @@ def sessions_in(folder: Path) -> FolderSessions:
 def read_sessions(
     folder: Path, *, below: bool = False
 ) -> Iterator[tuple[Path, Session | TwistError]]:
-    """Yield each session of a folder, sorted by name, or the error from reading it.
+    """Yield each session file in a folder with its session, or with the error from reading it.
 
-    Set `below` to True to include subfolders. Other JSON files are skipped. Records of exports are
-    skipped, too, since their review is also in the clip's session.
+    The paths are sorted. Set `below` to True to include subfolders. Other JSON files are skipped,
+    and so are the records of exports, since their review is also in the clip's session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):
@@ -83,10 +98,10 @@ def read_sessions(
 
 
 def _meant_for(path: Path) -> Path | None:
-    """Return the clip of a damaged session, or its folder if the clip is unknown.
+    """Return the clip to which a damaged session belongs, or its folder if the clip is unknown.
 
-    The result is None if the file is not a session, since a folder of clips may also contain
-    unrelated documents.
+    The result is None if the file is not a session, since a folder of clips may also contain other
+    JSON files.
     """
     document = None
     with suppress(TwistError):
@@ -105,7 +120,7 @@ def _meant_for(path: Path) -> Path | None:
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
     """Return the session file to use for a clip.
 
-    `sessions` are pairs of a session file and the SHA-256 of the clip for which it was made.
+    `sessions` are pairs of a session file and the SHA-256 of the clip content that was reviewed.
     """
     if len(sessions) == 1:
         return sessions[0][0]

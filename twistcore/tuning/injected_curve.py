@@ -1,4 +1,4 @@
-"""Measure the cost of every τ for a chain, by injecting errors into a clip and detecting them."""
+"""Compute the τ curve of a chain by injecting errors into a clip and detecting them at every τ."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from twistcore.tuning.tau_curve import TauCurve
 
 Span = tuple[int, int]  # frames [start, stop)
 
-# Fine where a τ is usually found; coarser elsewhere, to show the cost of an unusual τ too.
+# The grid is fine where a suggested τ usually lies, and coarser elsewhere.
 _BELOW, _ABOVE = (0.1, 0.2, 0.35), (37.0, 45.0, 56.0, 69.0, 85.0, 104.0, 127.0, 152.0, 180.0)
 GRID = np.radians([*_BELOW, *np.geomspace(0.5, 30.0, 42), *_ABOVE])
-PROTOCOLS = ("P0", "H6")  # the paper's sizes, and small ones, since large errors do not limit τ
+PROTOCOLS = ("P0", "H6")  # errors as in the paper, and small ones, which limit τ
 
 
 def tau_curve(
@@ -49,11 +49,28 @@ def tau_curve(
 ) -> TauCurve:
     """Return the τ curve of one chain in a clip without existing errors.
 
-    Only automatic corrections count. `name` is the clip's name; together with the chain's name, it
-    seeds the random errors. `left_out` are half-open spans of frames that do not count. `rejected`
-    are spans of intervals that a person rejected, whose alarms the caller counts. The clip's noise
-    is always measured by the default detector, even if another one is tuned, since the automatic τ
-    of the paper's detector is the same in every clip.
+    A frame counts as repaired only if it is corrected automatically. The clip's noise is always
+    measured by the default detector, since the automatic τ of the paper's detector is the same in
+    every clip.
+
+    Parameters
+    ----------
+    clip
+        The analysis of the clip.
+    chain
+        The chain.
+    name
+        The clip's name, which seeds the random errors together with the chain's name.
+    method
+        The detector for which τ is tuned.
+    seeds
+        Seeds of the injected errors, one for each draw.
+    protocols
+        The protocols from which errors are drawn.
+    left_out
+        Half-open spans of frames in which alarms do not count and no errors are injected.
+    rejected
+        Spans of intervals that a person rejected. The caller counts the alarms in them.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -98,9 +115,10 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return the number of corrected frames of each error in one draw, at every τ.
+    """Return the errors of one draw with the number of repaired frames at every τ.
 
-    `kind` is the index of the protocol. `found` are the corrected intervals at every τ.
+    `kind` is the index of the protocol. `found` has the corrected intervals for every τ. `frames`
+    is the number of frames of the clip.
     """
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):
@@ -110,7 +128,7 @@ def _drawn(
     repaired = np.zeros((len(errors), len(found)))
     before: Sequence[Interval] | None = None
     for n, intervals in enumerate(found):
-        if before is not None and _same(intervals, before):  # often equal from one τ to the next
+        if before is not None and _same(intervals, before):  # common for neighbouring τ
             repaired[:, n] = repaired[:, n - 1]
             continue
         before = intervals
@@ -130,7 +148,10 @@ def _same(some: Sequence[Interval], others: Sequence[Interval]) -> bool:
 
 
 def _repaired(found: Sequence[Interval], truth: Array) -> NDArray[np.bool_]:
-    """Return a mask of the frames in which at most a fifth of the error remains."""
+    """Return a mask, shape (frames,), of the frames in which at most a fifth of the error remains.
+
+    `truth` is the injected offset in radians, shape (frames,).
+    """
     offset = np.zeros(len(truth))
     for interval in found:
         offset[interval.start : interval.stop] += interval.offset

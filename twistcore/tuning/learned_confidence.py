@@ -1,15 +1,16 @@
 """Learn from a person's verdicts how to adjust the detector's confidence.
 
-The detector's confidence estimates whether an injected error was found and corrected. A person may
-call fewer or more intervals errors, depending on rig, performer and taste. The map
+The detector's confidence is the estimated probability that an interval is an error, calibrated on
+injected errors. For other rigs, performers or reviewers, the accepted fraction may be different.
+The learned confidence is
 
     learned = 1 / (1 + exp(−(shift + scale · log(c / (1 − c)))))
 
-of the detector's confidence c has two parameters and does not change the order of intervals (scale
-is above 0). The parameters are the most likely ones given the verdicts and a prior around the
-built-in map (shift 0, scale 1), so that a few verdicts change the map only a little. The form of
-the map and the prior were chosen on the first four passes of `benchmarks/learned_confidence.py`,
-which reports the results of the remaining passes.
+where c is the detector's confidence. Since scale is above 0, the order of the intervals does not
+change. The two parameters, shift and scale, are the most likely ones given the verdicts and a prior
+around the built-in values (shift 0, scale 1), so a few verdicts change the confidence only a
+little. The formula and the prior were chosen on the first four passes of
+`benchmarks/learned_confidence.py`, which reports the results of the remaining passes.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # values closer to 0 or 1 carry no more information
+LEAST = 0.01  # confidences are limited to LEAST … 1 − LEAST, so that logarithms stay finite
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10
@@ -34,7 +35,15 @@ ENOUGH = 20  # minimum number of verdicts to learn from
 
 @dataclass(frozen=True)
 class LearnedConfidence:
-    """The fitted map, with the numbers of accepted and rejected intervals used for the fit."""
+    """The parameters of the learned confidence, and the number of verdicts used for the fit.
+
+    Parameters
+    ----------
+    shift, scale
+        The parameters of the formula in the module's docstring.
+    accepted, rejected
+        Numbers of accepted and rejected intervals used for the fit.
+    """
 
     shift: float = 0.0
     scale: float = 1.0
@@ -42,20 +51,26 @@ class LearnedConfidence:
     rejected: int = 0
 
     def of(self, confidence: Array) -> Array:
-        """Return the learned confidences, 0…1, for the detector's confidences."""
+        """Return the learned confidences, 0…1, for an array of the detector's confidences."""
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """Return the learned confidence of one interval, or None for None."""
+        """Return the learned confidence of one interval, or None if the detector gives none."""
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """Intervals that a detector listed.
+class ConfidenceVerdicts:
+    """The verdicts on n intervals that a detector listed.
 
-    Three arrays of shape (n,): the confidence of each interval, whether it was accepted, and the
-    index of its clip.
+    Parameters
+    ----------
+    confidence
+        The detector's confidence in each interval, shape (n,).
+    accepted
+        Mask of the accepted intervals, shape (n,).
+    clip
+        Index of each interval's clip, shape (n,).
     """
 
     confidence: Array
@@ -65,16 +80,25 @@ class Seen:
     def __len__(self) -> int:
         return len(self.confidence)
 
-    def __getitem__(self, at: Mask) -> Seen:
-        """Return the intervals selected by an index or mask."""
-        return Seen(self.confidence[at], self.accepted[at], self.clip[at])
+    def __getitem__(self, at: Mask) -> ConfidenceVerdicts:
+        """Return the verdicts selected by an index or mask."""
+        return ConfidenceVerdicts(self.confidence[at], self.accepted[at], self.clip[at])
 
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of similar confidence: their number, mean confidence and accepted fraction.
+    """Intervals of similar confidence.
 
-    `low` and `high` are the limits of the 90 % confidence interval of the accepted fraction.
+    Parameters
+    ----------
+    count
+        Number of intervals.
+    said
+        Mean confidence.
+    was
+        Accepted fraction.
+    low, high
+        Limits of the 90 % confidence interval of the accepted fraction.
     """
 
     count: int
@@ -86,14 +110,22 @@ class Bin:
 
 @dataclass(frozen=True)
 class Reliability:
-    """The nonempty bins in order of confidence, and the expected calibration error."""
+    """The accepted fraction in bins of similar confidence.
+
+    Parameters
+    ----------
+    bins
+        The bins that contain intervals, in order of confidence.
+    error
+        The expected calibration error.
+    """
 
     bins: tuple[Bin, ...]
     error: float
 
 
-def seen(clips: Iterable[JudgedClip]) -> Seen:
-    """Return the verdicts on all intervals that have a confidence."""
+def verdicts_with_confidence(clips: Iterable[JudgedClip]) -> ConfidenceVerdicts:
+    """Return the verdicts on all intervals for which the detector gives a confidence."""
     rows = [
         (v.confidence, v.error, k)
         for k, clip in enumerate(clips)
@@ -101,11 +133,14 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
         if v.confidence is not None
     ]
     columns = np.array(rows, dtype=float).reshape(-1, 3).T
-    return Seen(columns[0], columns[1] > 0.5, columns[2])
+    return ConfidenceVerdicts(columns[0], columns[1] > 0.5, columns[2])
 
 
-def learned(given: Seen) -> LearnedConfidence:
-    """Return the most likely map given the verdicts, or the built-in map without verdicts."""
+def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
+    """Return the learned confidence that is most likely given the verdicts.
+
+    Without verdicts, the built-in parameters are returned.
+    """
     if not len(given):
         return LearnedConfidence()
     logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0
@@ -122,11 +157,12 @@ def learned(given: Seen) -> LearnedConfidence:
     return LearnedConfidence(float(shift), math.exp(log_scale), accepted, len(given) - accepted)
 
 
-def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
-    """Return the learned confidence of every interval, from a map fitted without its clip, (n,).
+def held_out_confidence(given: ConfidenceVerdicts, folds: int = FOLDS, seed: int = 0) -> Array:
+    """Return the learned confidence of each interval, fitted without the verdicts on its clip.
 
-    With fewer clips than folds, each clip is left out in turn; with a single clip, parts of its
-    verdicts are left out.
+    The result has the shape (n,). The clips are left out in `folds` groups, or one by one if there
+    are fewer clips. With a single clip, groups of verdicts are left out. `seed` seeds the
+    assignment to groups.
     """
     rng = np.random.default_rng(seed)
     group = given.clip
@@ -136,12 +172,15 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
     out = np.array(given.confidence, dtype=float)
     for fold in range(min(folds, len(names))):
         apart = np.isin(group, names[fold::folds])
-        out[apart] = learned(given[~apart]).of(given.confidence[apart])
+        out[apart] = fit_confidence(given[~apart]).of(given.confidence[apart])
     return out
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """Return the accepted fraction of the intervals in bins of similar confidence."""
+    """Return the accepted fraction of intervals in bins of similar confidence.
+
+    `confidence` and the mask `accepted` have the shape (n,).
+    """
     of = np.minimum((confidence * bins).astype(int), bins - 1)
     rows: list[Bin] = []
     for b in np.unique(of):
@@ -153,7 +192,7 @@ def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliabil
 
 
 def expected_error(bins: Sequence[Bin]) -> float:
-    """Return the expected calibration error, the mean of |confidence − accepted fraction|."""
+    """Return the expected calibration error: the mean |confidence − accepted fraction|."""
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
 

@@ -1,4 +1,4 @@
-"""Create a profile from verdicts: a τ for each chain, its evidence, and the learned confidence."""
+"""Create a profile from verdicts, with a τ for each chain, evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from twistcore.tuning.learned_confidence import (
     ENOUGH,
     LearnedConfidence,
     Reliability,
-    held_out,
-    learned,
+    fit_confidence,
+    held_out_confidence,
     reliability,
-    seen,
+    verdicts_with_confidence,
 )
 from twistcore.tuning.profile import Profile, TauReasons, write_profile
 from twistcore.tuning.tau_curve import Tuned
@@ -30,15 +30,19 @@ class LearnedProfile:
 
     Parameters
     ----------
+    profile
+        The profile.
     reasons
-        The evidence for each chain's τ.
+        The evidence for each chain's τ, keyed by chain name.
     apart
-        Names of the chains that need a τ different from the common one.
-    before, after
-        Reliability of the detector's confidences, and of the learned ones on held-out verdicts.
-        None if there are too few verdicts.
+        Names of the chains that need their own τ.
+    before
+        Reliability of the detector's confidences, or None if there are too few verdicts.
+    after
+        Reliability of the learned confidences, on verdicts that were not used for learning, or
+        None.
     held_out
-        A word for what was held out, such as 'clips'.
+        A word for the parts that were left out one by one, such as 'clips'.
     """
 
     profile: Profile
@@ -49,7 +53,10 @@ class LearnedProfile:
     held_out: str = "clips"
 
     def write(self, path: Path, source: str) -> None:
-        """Write the profile with the evidence. Raises OSError."""
+        """Write the profile with its evidence. Raises OSError.
+
+        `source` is the name of the folder with the sessions.
+        """
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
         sessions = f"{source}'s sessions"
@@ -57,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence about the learned confidence."""
+        """Return a sentence about the errors of the learned and of the detector's confidence."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -71,9 +78,9 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return a profile with the τ in `found` for every reviewed chain.
+    """Return a profile with a τ for every reviewed chain, as suggested in `found`.
 
-    The profile contains the rig and the performer if they are the same in all clips.
+    The rig and the performer are included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})
@@ -85,11 +92,15 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
         own = chain.own if chain and chain.apart and chain.own else found.common
         reasons[name] = TauReasons(errors, natural, math.degrees(own.low), math.degrees(own.high))
     tau = {name: found.tau(name) or found.common.tau for name in names}
-    confidence, before, after = learned_from(clips)
+    confidence, before, after = fit_with_reliability(clips)
     methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
     profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
     apart = {c.chain for c in found.chains if c.apart}
-    apart_by = "clips" if len(np.unique(seen(clips).clip)) > 1 else "verdicts of the only clip"
+    apart_by = (
+        "clips"
+        if len(np.unique(verdicts_with_confidence(clips).clip)) > 1
+        else "verdicts of the only clip"
+    )
     return LearnedProfile(profile, reasons, apart, before, after, apart_by)
 
 
@@ -100,16 +111,16 @@ def _only(values: set[str]) -> str:
     return next(iter(values)) if len(values) == 1 else ""
 
 
-def learned_from(
+def fit_with_reliability(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence and its reliability before and after learning.
+    """Return the learned confidence, and its reliability before and after learning.
 
     All three are None if there are too few verdicts. The reliability after learning is measured on
-    held-out clips, or on held-out parts of a single clip.
+    clips, or on parts of a single clip, that were not used for learning.
     """
-    given = seen(clips)
+    given = verdicts_with_confidence(clips)
     if len(given) < ENOUGH:
         return None, None, None
     before = reliability(given.confidence, given.accepted)
-    return learned(given), before, reliability(held_out(given), given.accepted)
+    return fit_confidence(given), before, reliability(held_out_confidence(given), given.accepted)

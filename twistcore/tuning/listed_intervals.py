@@ -1,4 +1,4 @@
-"""Count the intervals that a detector lists at a τ, and the rejected intervals among them."""
+"""Count the intervals that a detector lists at a given τ."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True, eq=False)
 class ListCounts:
-    """Numbers of intervals of one chain at a τ, or arrays over a grid of τ, shape (n,).
+    """Numbers of intervals of one chain at one τ, or arrays of shape (n,) for n values of τ.
 
     Parameters
     ----------
     listed
-        Counter-twists in the list, of any confidence.
+        Number of listed counter-twists of any confidence.
     automatic
-        Listed intervals that are corrected automatically.
+        Number of listed counter-twists that are corrected automatically.
     rejected
-        Listed intervals that a person rejected: the false alarms.
+        Number of listed counter-twists that a person rejected, which are false alarms.
     """
 
     listed: Array | float
@@ -45,10 +45,10 @@ def list_counts(
     verdicts: Verdicts,
     left_out: Sequence[Span] = (),
 ) -> ListCounts:
-    """Return the numbers of intervals that ``detect --tau`` lists for a chain at τ radians.
+    """Count the counter-twists that `detect --tau` lists for a chain at `tau` radians.
 
-    Intervals in the half-open spans `left_out` do not count. An interval counts as rejected if it
-    shares more frames with a rejected interval than with any accepted one.
+    Intervals that overlap the half-open spans `left_out` do not count. An interval counts as
+    rejected if it shares more frames with a rejected interval than with any accepted one.
     """
     found = [
         i

@@ -1,4 +1,4 @@
-"""Profiles: TOML files with a τ for each joint, to use for other clips (`--profile`)."""
+"""Read and write profiles, TOML files with a τ for each chain, for use with other clips."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from twistcore.errors import FormatError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     bytes_of,
+    errors_naming,
     has,
     number,
     one_of,
     parsed_toml,
-    saying,
     shown_value,
     text,
     unexpected,
@@ -28,27 +28,27 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 from twistcore.work.frozen import dataclass
 
-# Limits of a learned confidence; beyond them the file is damaged.
+# Limits of the parameters of a learned confidence. Other values indicate a damaged file.
 _MOST_SHIFT, _LEAST_SCALE, _MOST_SCALE = 30.0, 1e-6, 100.0
 _Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True)
 class Profile:
-    """A profile, with the τ to use for other clips.
+    """The τ of each chain of a rig, for use with other clips.
 
     Parameters
     ----------
     tau
         τ in radians, keyed by the name of the chain or limb.
     method
-        The detector it was tuned for, '' if unknown.
+        The detector for which τ was tuned, '' if unknown.
     rig
-        String that identifies the skeleton.
+        A string that identifies the skeleton.
     performer
         Name of the performer, '' for any.
     confidence
-        The confidence learned from verdicts, used only on request.
+        The confidence learned from verdicts, which is used only on request.
     """
 
     tau: Mapping[str, float]
@@ -58,15 +58,20 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return the τ that the profile has for the given chains, keyed by name."""
+        """Return the profile's τ (radians) for the given chains, without chains that it lacks."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
 @dataclass(frozen=True)
 class TauReasons:
-    """The evidence for a chain's τ: its uncertainty, and the accepted and rejected intervals.
+    """The evidence for a chain's τ.
 
-    Of the suggestions from resampled verdicts, 90 % are between `low` and `high`, in degrees.
+    Parameters
+    ----------
+    accepted, rejected
+        Numbers of accepted and rejected intervals of the chain.
+    low, high
+        Range, in degrees, of 90 % of the τ suggested by resampled verdicts.
     """
 
     accepted: int
@@ -84,11 +89,28 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """Write one TOML table per joint, with evidence, for :func:`read_profile`. Raises OSError.
+    """Write a profile atomically: one TOML table per chain, for :func:`read_profile`.
 
-    `whose` is a profile whose rig, performer and confidence are written into every table, since
-    earlier versions ignore unknown keys only inside a table. `verdicts` has the evidence, keyed by
-    chain name. The file is written atomically.
+    Parameters
+    ----------
+    path
+        The file.
+    profile
+        The τ of each chain with its cost, keyed by chain name.
+    source
+        Name of the clips on which τ was tuned, written as a comment.
+    method
+        The detector for which τ was tuned.
+    whose
+        A profile whose rig, performer and confidence are written into every table, since earlier
+        versions ignore unknown keys only inside a table.
+    verdicts
+        The evidence from verdicts, keyed by chain name.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
@@ -126,9 +148,9 @@ def _shared_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """Read a TOML file that has a table with tau_deg for each joint. Raises TwistError."""
+    """Read a profile, a TOML file with tau_deg in the table of each chain. Raises TwistError."""
     data = bytes_of(path)
-    with saying(path):
+    with errors_naming(path):
         return _profile(parsed_toml(data))
 
 
@@ -157,7 +179,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 
 def _tau(degrees: Any, name: str) -> float:
-    """Return τ in radians. Raises FormatError if it is not above 0."""
+    """Convert a chain's τ to radians. Raises FormatError unless it is in (0°, 180°]."""
     place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)
@@ -165,7 +187,10 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key. It must be the same in all tables that have the key."""
+    """Return the value of a key, which must be the same in all tables that have the key.
+
+    Raises FormatError if the values differ.
+    """
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(f"expected the same {key} in all tables, but {others} tables differ")

@@ -1,4 +1,4 @@
-"""Report whether one τ is enough for all chains, and why some chains need their own τ."""
+"""Decide from τ curves whether one τ is enough for all chains, and which chains need their own."""
 
 from __future__ import annotations
 
@@ -9,21 +9,23 @@ import numpy as np
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR, TauCurve
 from twistcore.work.frozen import dataclass
 
-SLIGHT = 0.01  # a chain that loses less than this with the shared τ does not need its own
+SLIGHT = 0.01  # a chain whose loss rises by less than this does not need its own τ
 
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ in radians that suits most chains, and a comparison of each chain with it.
+    """The τ that suits most chains, and a comparison of each chain with it.
 
     Parameters
     ----------
+    tau
+        The shared τ in radians.
     best
         Names of the chains for which exactly the shared τ is suggested.
     served
-        Chains for which the shared τ is almost as good as their own.
+        Names of the chains for which the shared τ is almost as good as their own τ.
     apart
-        The τ in radians of each chain that needs its own, and a short reason, keyed by name.
+        For each chain that needs its own τ, this τ in radians and a short reason, keyed by name.
     """
 
     tau: float
@@ -33,13 +35,13 @@ class SharedTau:
 
     @property
     def chains(self) -> int:
-        """Return the number of chains."""
+        """Return the total number of chains."""
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
         """Return a summary in one or two sentences.
 
-        `labels` are the displayed names, keyed by chain name.
+        `labels` has the displayed names, keyed by chain name.
         """
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
@@ -69,7 +71,17 @@ def shared_tau(
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
 ) -> SharedTau | None:
-    """Return the τ that suits most chains, or None if there is no curve."""
+    """Return the τ that suits most chains, or None if there are no curves.
+
+    Parameters
+    ----------
+    curves
+        The τ curve of each chain, keyed by chain name.
+    price
+        Share of the error frames that avoiding one false alarm may cost.
+    smallest
+        Size, in radians, of the smallest error that must be found.
+    """
     if not curves:
         return None
     own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}
@@ -89,7 +101,10 @@ def shared_tau(
 
 
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
-    """Return the reason why a chain needs its own τ, or '' if the shared `tau` is good enough."""
+    """Return the reason why a chain needs its own τ, or '' if the shared `tau` is good enough.
+
+    `own` is the τ suggested for the chain. Both are in radians.
+    """
     if tau < curve.floor:
         return f"its noise does not allow a τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)

@@ -1,8 +1,9 @@
 """Estimate from a few verdicts how many automatic corrections of a folder are real errors.
 
 Verdicts on the worst intervals say little about the rest, because large errors are more often real.
-Therefore :func:`informative_order` spreads the first verdicts evenly over all confidences. The map
-of `learned_confidence.py`, fitted to these verdicts, then gives the precision of the rest.
+Therefore, :func:`informative_order` spreads the first verdicts evenly over all confidences. A
+learned confidence (`learned_confidence.py`), fitted to these verdicts, then gives the precision of
+the corrections without a verdict.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.interval import Interval, Kind
 from twistcore.review.model import APPLIED, Decision, ReviewState
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning.learned_confidence import Seen, learned
+from twistcore.tuning.learned_confidence import ConfidenceVerdicts, fit_confidence
 from twistcore.tuning.verdict_curve import wilson
 from twistcore.work.frozen import dataclass
 
@@ -24,7 +25,7 @@ ENOUGH_STATED = 30  # minimum number of verdicts
 
 @dataclass(frozen=True)
 class AutomaticCorrection:
-    """An interval that is corrected automatically, in frames [start, stop)."""
+    """An interval of frames [start, stop) that is corrected automatically."""
 
     chain: str
     start: int
@@ -33,20 +34,21 @@ class AutomaticCorrection:
     kind: Kind = Kind.COUNTER_TWIST
 
     def is_in(self, interval: Interval) -> bool:
-        """Return True if an interval may be the same error: same chain and kind, common frames."""
+        """Return True if an interval has the same chain and kind, and common frames."""
         same = (self.chain, self.kind) == (interval.chain, interval.kind)
         return same and self.start < interval.stop and interval.start < self.stop
 
 
 @dataclass(frozen=True)
 class StatedPrecision:
-    """The estimated precision of the automatic corrections without a verdict.
+    """The estimated precision of the automatic corrections that have no verdict.
 
     Attributes
     ----------
     share
-        Estimated fraction of real errors, 0…1, with the limits of its 90 % confidence interval,
-        `low` and `high`.
+        Estimated fraction of real errors, 0…1.
+    low, high
+        Limits of the 90 % confidence interval of `share`.
     verdicts
         Number of verdicts used for the estimate.
     left
@@ -61,7 +63,7 @@ class StatedPrecision:
 
 
 def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
-    """Return the intervals that are corrected automatically and have a confidence."""
+    """Return the detected intervals that are corrected automatically and have a confidence."""
     return tuple(
         AutomaticCorrection(i.chain, i.start, i.stop, i.confidence, i.kind)
         for i in automatic_corrections(found)
@@ -72,7 +74,7 @@ def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]
 def verdicts_on(
     corrections: Sequence[AutomaticCorrection], state: ReviewState
 ) -> tuple[bool | None, ...]:
-    """Return a person's verdict on each correction: True if accepted, None if undecided.
+    """Return a person's verdict on each correction: True if accepted, False if rejected, or None.
 
     Intervals that were accepted in bulk or applied automatically have no verdict.
     """
@@ -89,10 +91,18 @@ def verdicts_on(
 
 
 def informative_order(confidence: Array) -> list[int]:
-    """Return the order, as indices, in which verdicts on corrections say most about the others.
+    """Return an order in which to judge corrections, so that few verdicts represent them all.
 
-    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,),
-    in the sequence of van der Corput. Corrections of equal confidence keep their order.
+    Parameters
+    ----------
+    confidence : array, shape (n,)
+        The confidence of each correction.
+
+    Returns
+    -------
+    list of int
+        Indices of the corrections. The corrections are sorted by confidence and visited in a van
+        der Corput sequence, so any number of first verdicts is spread evenly over the confidences.
     """
     if not (count := len(confidence)):
         return []
@@ -107,17 +117,28 @@ def stated_precision(
 ) -> StatedPrecision | None:
     """Return the estimated precision of the corrections without a verdict.
 
-    `confidence` and `verdicts` belong to the same corrections, (n,). The result is None if there
-    are fewer than `least` verdicts, or no correction without one.
+    Parameters
+    ----------
+    confidence : array, shape (n,)
+        The detector's confidence in each correction.
+    verdicts : sequence of n bool or None
+        True for an accepted correction, False for a rejected one, None without a verdict.
+    least : int
+        Minimum number of verdicts.
+
+    Returns
+    -------
+    StatedPrecision or None
+        None if there are fewer than `least` verdicts, or if every correction has one.
     """
     known = np.array([v is not None for v in verdicts], dtype=bool)
     count, left = int(known.sum()), int((~known).sum())
     if count < least or not left:
         return None
     accepted = np.array([v for v in verdicts if v is not None], dtype=bool)
-    adjusted = learned(Seen(confidence[known], accepted, np.zeros(count)))
+    adjusted = fit_confidence(ConfidenceVerdicts(confidence[known], accepted, np.zeros(count)))
     share = float(adjusted.of(confidence[~known]).mean())
-    # The rest is a finite sample, too: both are drawn from the corrections of such clips.
+    # Both the judged and the remaining corrections are finite samples of all such corrections.
     size = 1.0 / (1.0 / count + 1.0 / left)
     low, high = wilson(np.array(share * size), np.array(size))
     return StatedPrecision(share, float(low), float(high), count, left)

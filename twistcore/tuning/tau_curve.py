@@ -1,4 +1,4 @@
-"""The cost of every τ for a chain, and the τ with the lowest cost."""
+"""Compute the cost of every τ for a chain, and suggest the τ with the lowest cost."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 from twistcore.tuning.listed_intervals import ListCounts
 from twistcore.work.frozen import dataclass
 
-# Smallest error of H6; with a larger τ, errors would be missed that should be found.
+# The smallest error of protocol H6. A larger τ could miss errors that should be found.
 SMALLEST_ERROR = float(np.radians(2.0))
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm per clip or minute may cost
 LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
-_SAME = 1e-6  # share by which two τ may differ: they are stored in degrees
+_SAME = 1e-6  # relative rounding error of a τ, which is stored in degrees
 
 
 @dataclass(frozen=True, eq=False)
 class TauCurve:
-    """Counts from which the cost of each τ in a grid is computed for one chain.
+    """Counts for one chain, from which the cost of each τ in a grid is computed.
 
-    The counts of several clips can be added.
+    The curves of several clips can be added.
 
     Parameters
     ----------
@@ -37,20 +37,20 @@ class TauCurve:
     errors
         Number of error frames.
     alarms
-        Number of intervals that count as false alarms, shape (n,): rejected ones that are listed,
-        and automatic corrections of the cleaned clips that nobody judged.
+        Number of false alarms, shape (n,). These are listed intervals that a person rejected, and
+        automatic corrections of the cleaned clips that nobody judged.
     minutes
         Total duration of the clips.
     noise
         The noise of each clip, in radians.
     drawn
-        The result for each injected error. None if there are no errors or if they are unknown; the
-        FSR then has no band.
+        The result for each injected error. None if there are no errors or the results are unknown;
+        the FSR then has no confidence limits.
     own
-        The detector's automatic τ for each clip, in radians, if it differs from the noise.
+        The detector's automatic τ for each clip, in radians. By default, it equals the noise.
     counts
         Numbers of intervals that are listed, corrected automatically, or rejected at each τ in the
-        clips with their existing errors; None if not counted.
+        original clips. None if they were not counted.
     """
 
     tau: Array
@@ -65,7 +65,7 @@ class TauCurve:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of repaired error frames, 0…1, shape (n,); NaN without errors."""
+        """Return the fraction of repaired error frames, 0…1, shape (n,), or NaN without errors."""
         share: Array = (
             self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
         )
@@ -73,23 +73,23 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the limits of the FSR's confidence band, 0…1, (n,) each, or NaN if unknown."""
+        """Return the lower and upper confidence limits of the FSR, shape (n,), or NaN."""
         return self._drawn.band
 
     @property
     def alarms_per_minute(self) -> Array:
-        """Return the false alarms per minute of clip, (n,), or NaN without clips."""
+        """Return the number of false alarms per minute, shape (n,), or NaN without clips."""
         rate: Array = self.alarms / (self.minutes or nan)
         return rate
 
     @property
     def floor(self) -> float:
-        """Return the median of the clips' noise, in radians."""
+        """Return the lowest τ that can be suggested: the median noise of the clips, in radians."""
         return float(np.median(self.noise)) if self.noise else 0.0
 
     @property
     def automatic(self) -> float:
-        """Return the median of the detector's automatic τ, in radians."""
+        """Return the median over the clips of the detector's automatic τ, in radians."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
@@ -108,10 +108,10 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
+        """Return the fraction of missed error frames plus priced alarms at every τ, shape (n,).
 
-        `price` is the fraction of the error frames that avoiding one false alarm may cost, counted
-        per clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
+        `price` is the fraction of the error frames that avoiding one false alarm may cost, per clip
+        or per minute of a longer clip. Errors below `smallest` radians need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -127,14 +127,14 @@ class TauCurve:
         *,
         present: float | None = None,
     ) -> float:
-        """Return the τ, in radians, with the lowest :meth:`loss`, or `present` if that is as good.
+        """Return the τ, in radians, with the lowest :meth:`loss`.
 
         A false alarm costs a person one key press, but nobody notices a missed error. By default,
         an alarm therefore costs as much as 5 percentage points of FSR, so that no τ misses half of
-        the errors to avoid one alarm. If several τ cost the same, the largest one up to the size of
-        the smallest errors to find is chosen, since the injected errors say little about sizes in
-        between. The result is never below the clips' noise. If `present`, the τ used so far, is
-        above the noise, it is replaced only by a τ with a lower loss.
+        the errors to avoid one alarm. If several τ cost the same, the largest one that is not above
+        `smallest` is chosen, since larger injected errors say little about smaller ones. The result
+        is never below the clips' noise. `present`, the τ used so far, is returned if it is above
+        the noise and no τ has a lower loss.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
@@ -147,7 +147,7 @@ class TauCurve:
         return float(self.tau[modest[-1] if len(modest) else good[0]])
 
     def losses(self, tau: Array, price: float, smallest: float) -> Array:
-        """Return the :meth:`loss` at any τ in radians, (k,), interpolated on the grid."""
+        """Return the :meth:`loss` at k values of τ (radians), shape (k,), interpolated."""
         at = np.log(np.maximum(tau, 1e-9))
         return np.interp(at, np.log(self.tau), self.loss(price, smallest))
 
@@ -171,14 +171,14 @@ class TauCurve:
         return float(points[low]), float(points[high])
 
     def counts_at(self, tau: float) -> ListCounts | None:
-        """Return the numbers of intervals at the grid point nearest to `tau` (radians)."""
+        """Return the counts at the grid point nearest to `tau` (radians), or None."""
         if self.counts is None:
             return None
         k = self._nearest(tau)
         return ListCounts(*(float(np.asarray(c)[k]) for c in vars(self.counts).values()))
 
     def unjudged_at(self, tau: float) -> int:
-        """Return the number of false alarms at τ radians that are unjudged corrections."""
+        """Return the number of automatic corrections at `tau` radians that nobody judged."""
         k = self._nearest(tau)
         rejected = np.asarray(self.counts.rejected)[k] if self.counts else 0.0
         return round(float(self.alarms[k] - rejected))
@@ -192,7 +192,7 @@ class TauCurve:
         return cost.fsr, cost.alarms
 
     def cost(self, tau: float) -> Cost:
-        """Return the cost of `tau` (radians), with its confidence band and the examined minutes."""
+        """Return the cost of `tau` (radians) with its confidence interval."""
         return cost_of_all([(self, tau)])
 
     @property
@@ -202,7 +202,10 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the grid index below τ, and the fraction of the way to the next one in log τ."""
+        """Return the index of the grid point below `tau`, and the fraction of the step above it.
+
+        The fraction is measured in log τ.
+        """
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
         return below, at - below
@@ -210,16 +213,18 @@ class TauCurve:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a τ, with NaN for values that were not measured.
+    """The cost of a τ. A value that was not measured is NaN.
 
     Parameters
     ----------
     fsr
-        The FSR, 0…1.
+        The fraction of repaired error frames, 0…1.
     low, high
         95 % confidence interval of the FSR.
     alarms
-        Number of false alarms in `minutes` of clip.
+        Number of false alarms.
+    minutes
+        Duration of the clips in which alarms were counted.
     """
 
     fsr: float
@@ -230,22 +235,21 @@ class Cost:
 
     @property
     def rate(self) -> float:
-        """Return the number of alarms per minute, or NaN for 0 minutes."""
+        """Return the number of false alarms per minute, or NaN for 0 minutes."""
         return self.alarms / (self.minutes or nan)
 
     @property
     def rate_band(self) -> tuple[float, float]:
-        """Return the 95 % confidence interval of alarms per minute in clips like these."""
+        """Return the 95 % confidence interval of the alarms per minute in similar clips."""
         low, high = rate_band(self.alarms)
         return (low / self.minutes, high / self.minutes) if self.minutes else (0.0, math.inf)
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """Return the total cost of several chains, each at its own τ in radians.
+    """Return the total cost of several chains, each with its own τ in radians.
 
-    The error frames and alarms of all chains are added. `minutes` is the duration of the clips,
-    which does not grow with the number of chains. By default, all chains are assumed to be from the
-    same clips.
+    The error frames and alarms of all chains are added. `minutes`, the duration of the clips, is
+    the same for all chains. By default, the largest `minutes` of the curves is used.
     """
     alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
@@ -267,7 +271,17 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A chain's τ with its evidence, in degrees and per cent, or NaN where not measured."""
+    """The τ of a chain and its cost. A value that was not measured is NaN.
+
+    Parameters
+    ----------
+    tau, noise
+        The threshold and the noise, in degrees.
+    fsr
+        The percentage of repaired error frames.
+    alarms_per_minute
+        The number of false alarms per minute.
+    """
 
     tau: float
     noise: float
@@ -276,7 +290,7 @@ class Tuned:
 
 
 def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
-    """Return the suggested τ of a curve, or a given τ in radians, with its cost."""
+    """Return the suggested τ of a curve, or the given `tau` in radians, with its cost."""
     tau = curve.suggested() if tau is None else tau
     cost = curve.cost(tau)
     return Tuned(

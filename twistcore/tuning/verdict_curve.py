@@ -1,4 +1,4 @@
-"""Precision and recall at each τ according to people's verdicts, and the τ they suggest."""
+"""Compute precision and recall at each τ from people's verdicts, and the τ that they suggest."""
 
 from __future__ import annotations
 
@@ -16,16 +16,19 @@ from twistcore.work.frozen import dataclass
 
 LEVEL = 0.9  # level of confidence intervals
 _Z = 1.6449  # quantile of the normal distribution for LEVEL
-ENOUGH_ERRORS = 10  # minimum of accepted intervals for a suggestion: recall in steps of 10 %
-ENOUGH_OWN = 5  # minimum of verdicts on a chain; errors of other chains are used as well
-BORROWED = 10.0  # weight of all other chains' errors, as a number of the chain's own errors
-FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead
+ENOUGH_ERRORS = 10  # minimum number of accepted intervals: recall changes in steps of 10 %
+ENOUGH_OWN = 5  # minimum number of verdicts on the chain itself
+BORROWED = 10.0  # errors of all other chains together count as so many errors of the chain
+FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead of clips
 DRAWS = 400
-_SAME = 1e-9  # share by which two τ may differ
+_SAME = 1e-9  # relative rounding error of a τ
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Return the bounds of the confidence interval of part / whole, 0 and 1 if whole is 0."""
+    """Return the lower and upper Wilson bounds of `part / whole`, or 0 and 1 if `whole` is 0.
+
+    `z` is the quantile of the normal distribution. By default, the confidence level is 90 %.
+    """
     part, n = np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part / n
@@ -37,10 +40,17 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians.
+    """A suggested τ with its uncertainty, in radians.
 
-    `low` and `high` limit the range in which τ costs the same or, if wider, the range of 90 % of
-    the resampled suggestions. `least` is the size of the smallest accepted error, or NaN.
+    Parameters
+    ----------
+    tau
+        The suggested τ.
+    low, high
+        The range in which τ costs the same or, if wider, the range of 90 % of the resampled
+        suggestions.
+    least
+        The size of the smallest accepted error, or NaN.
     """
 
     tau: float
@@ -51,27 +61,27 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class VerdictCurve:
-    """Counts over a grid of τ, with a row for each clip or, if there are few, each verdict.
+    """Counts of detected errors and false alarms at each τ of a grid, according to verdicts.
 
-    Curves can be added.
+    Each row counts the verdicts on one clip or, if there are few clips, one verdict.
 
     Attributes
     ----------
     tau
         The grid of τ in radians, shape (n,).
     errors, natural
-        Numbers of decided intervals of each kind, shape (rows,).
+        Numbers of accepted and of rejected intervals, shape (rows,).
     found, alarms
-        Number of errors and natural intervals that are detected at each τ, shape (rows, n).
+        Numbers of accepted and of rejected intervals that are detected at each τ, shape (rows, n).
     clips
         Number of clips (or of minutes, if larger) multiplied by the number of reviewed chains.
     reviewed
-        The τ in radians from which intervals were listed, as the median of chains and clips.
+        The lowest τ in radians at which intervals were listed, as the median of chains and clips.
     others
-        Recall of the errors of other chains, shape (n,), and their number, which is 0 for a curve
-        of all chains.
+        Recall of the errors of other chains, shape (n,), and the number of these errors, which is 0
+        for a curve of all chains.
     least
-        The size of the smallest accepted error in radians, NaN if there is none.
+        The size of the smallest accepted error in radians, or NaN if there is none.
     """
 
     tau: Array
@@ -86,7 +96,7 @@ class VerdictCurve:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return the numbers of decided errors and natural intervals."""
+        """Return the numbers of accepted and of rejected intervals."""
         return int(self.errors.sum()), int(self.natural.sum())
 
     @property
@@ -96,42 +106,52 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return the numbers of accepted intervals (any chain) and own verdicts still needed."""
+        """Return how many accepted intervals of any chain, and own verdicts, are still missing."""
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
 
     @property
     def recall(self) -> Array:
-        """Return the fraction of errors that are found, (n,), or NaN without errors."""
+        """Return the fraction of errors that are detected, shape (n,), or NaN without errors."""
         return _share(self.found.sum(axis=0), self.errors.sum())
 
     @property
     def precision(self) -> Array:
-        """Return the fraction of detections that are errors, (n,), or NaN without detections."""
+        """Return the fraction of detections that are errors, shape (n,), NaN without detections."""
         found = self.found.sum(axis=0)
         return _share(found, found + self.alarms.sum(axis=0))
 
     def recall_between(self) -> tuple[Array, Array]:
-        """Return the limits, (n,), of the 90 % confidence interval of the recall."""
+        """Return the lower and upper 90 % confidence limit of the recall, each of shape (n,)."""
         found = self.found.sum(axis=0)
         return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
 
     def precision_between(self) -> tuple[Array, Array]:
-        """Return the limits, (n,), of the 90 % confidence interval of the precision."""
+        """Return the lower and upper 90 % confidence limit of the precision, each of shape (n,)."""
         found = self.found.sum(axis=0)
         return wilson(found, found + self.alarms.sum(axis=0))
 
     def at(self, tau: float) -> int:
-        """Return the grid index nearest to τ."""
+        """Return the index of the grid point nearest to `tau` (radians)."""
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus the price of alarms.
+        """Return the fraction of missed errors plus the price of the alarms at every τ.
 
-        `price` is the cost of one alarm per clip. If a chain has few errors, the errors of other
-        chains show how large errors are in these clips. `weight` is the number of times that each
-        row is counted, shape (draws, rows); the result then has the shape (draws, n).
+        The errors of other chains are included, so that a chain with few errors has a typical
+        distribution of sizes.
+
+        Parameters
+        ----------
+        price
+            The cost of one alarm per clip.
+        weight : array, shape (draws, rows), optional
+            How often each row is counted. By default, every row is counted once.
+
+        Returns
+        -------
+        array, shape (draws, n)
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -144,11 +164,11 @@ class VerdictCurve:
         return np.asarray(cost)
 
     def best(self, cost: Array, smallest: float = SMALLEST_ERROR) -> Index:
-        """Return the grid indices of the lowest costs (draws, n), by the rule of :class:`TauCurve`.
+        """Return the grid index of the best τ for each row of `cost`, shape (draws, n).
 
-        If several τ cost the same, the largest one up to the size of the smallest errors to find is
-        chosen, but never one below the median τ of the review, below which the number of alarms is
-        uncertain.
+        If several τ cost the same, the largest one that is not above `smallest` (radians) is
+        chosen, as in :meth:`TauCurve.suggested`. The result is never below the lowest τ that was
+        reviewed, since the number of alarms below it is unknown.
         """
         usable = self.tau >= self.reviewed * (1 - _SAME)
         if not usable.any():
@@ -169,7 +189,7 @@ class VerdictCurve:
     ) -> Suggestion | None:
         """Return the τ that the verdicts suggest, with its uncertainty.
 
-        Returns None if there are too few verdicts, or if they are one-sided (see
+        The result is None if there are too few verdicts, or if they are one-sided (see
         :meth:`is_one_sided`).
         """
         if not self.enough or self.is_one_sided(price, smallest):
@@ -183,10 +203,10 @@ class VerdictCurve:
         return Suggestion(float(self.tau[place]), low, high, self.least)
 
     def is_one_sided(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> bool:
-        """Return True if only strong intervals were judged, and a τ above them gains nothing.
+        """Return True if only strong intervals were judged and a larger τ gains nothing.
 
-        Errors between the smallest size to find and the weakest judged interval are unknown then,
-        so such verdicts do not justify a τ that would miss them.
+        Such verdicts do not justify a larger τ, since there may be errors below the weakest judged
+        interval.
         """
         if self.reviewed <= smallest * (1 + _SAME):
             return False
@@ -196,7 +216,7 @@ class VerdictCurve:
 
     @property
     def one_sided_sentence(self) -> str:
-        """Return a sentence that explains why one-sided verdicts suggest no τ."""
+        """Return a sentence that explains why one-sided verdicts do not suggest a τ."""
         return (
             f"Nothing below {math.degrees(self.reviewed):.2f}° was judged, and the smallest "
             f"accepted error is {math.degrees(self.least):.1f}°. Judge weaker intervals, too, "
@@ -204,10 +224,7 @@ class VerdictCurve:
         )
 
     def _plateau(self, cost: Array, place: int) -> tuple[float, float]:
-        """Return the reviewed range of τ (radians) around `place` that costs the same.
-
-        `place` is an index of the grid.
-        """
+        """Return the range of reviewed τ (radians) around grid index `place` with the same cost."""
         same = (np.abs(cost - cost[place]) <= LOSS_ALLOWED) & (
             self.tau >= self.reviewed * (1 - _SAME)
         )
@@ -218,13 +235,13 @@ class VerdictCurve:
         return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Return the count of each row in samples with replacement, shape (draws, rows)."""
+        """Resample the rows with replacement and return how often each was drawn, (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
         if not self.others[1]:
             drawn[drawn @ self.errors == 0] = (
-                1.0  # a sample without errors cannot show the cost of τ
+                1.0  # a sample without errors says nothing about missed errors
             )
         return np.asarray(drawn)
 
@@ -235,9 +252,9 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
-    """Return the curve over all clips with verdicts, for all their chains or for one chain.
+    """Return the curve of all clips with verdicts, for one chain or, if `chain` is None, for all.
 
-    A reviewed clip in which no interval of the chain was listed is a clip without alarms.
+    A reviewed clip in which no interval of the chain was listed counts as a clip without alarms.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -253,7 +270,7 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
             total, by_tau = (errors, found) if v.error else (natural, alarms)
             total[row] += 1
             by_tau[row] += v.found
-    # The median, as for the noise in TauCurve: the maximum could come from one odd clip.
+    # The median, as for the noise in TauCurve, since the maximum may come from one unusual clip.
     seen = [t for clip in clips for t in clip.reviewed.values()]
     reviewed = float(np.median(seen)) if seen else math.inf
     reviewed_chains = sum(clip.reviewed_chains for clip in clips)
@@ -264,14 +281,26 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
-    """Return the recall of other chains' errors at each τ, and the number of these errors."""
+    """Return the recall of other chains' errors at each τ, (n,), and the number of these errors."""
     found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
     return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
 
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Numbers of decided intervals: errors, detected errors, natural intervals, and alarms."""
+    """The numbers of accepted and rejected intervals, and how many of each are detected at one τ.
+
+    Parameters
+    ----------
+    errors
+        Number of accepted intervals.
+    found
+        Number of accepted intervals that are detected.
+    natural
+        Number of rejected intervals.
+    alarms
+        Number of rejected intervals that are detected.
+    """
 
     errors: int
     found: int
@@ -280,17 +309,17 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Return the fraction of detections that are errors, with its lower and upper bound.
+        """Return the fraction of detections that are errors, with its 90 % confidence limits.
 
-        Without detections, these are NaN, 0 and 1.
+        Without detections, the result is (NaN, 0, 1).
         """
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Return the fraction of errors that are found, with its lower and upper bound.
+        """Return the fraction of errors that are detected, with its 90 % confidence limits.
 
-        Without errors, these are NaN, 0 and 1.
+        Without errors, the result is (NaN, 0, 1).
         """
         return _between(self.found, self.errors)
 
@@ -298,7 +327,11 @@ class VerdictScore:
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Return the score of one chain or of all chains in `tau`, at τ in radians for each chain."""
+    """Count the verdicts that are detected with the given τ.
+
+    `tau` has the τ of each chain in radians, keyed by chain name. Only verdicts on `chain` are
+    counted or, if `chain` is None, verdicts on all chains in `tau`.
+    """
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

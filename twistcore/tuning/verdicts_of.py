@@ -1,9 +1,14 @@
-"""People's verdicts on clips as evidence for a τ, with one verdict per interval.
+"""Collect people's verdicts on clips as evidence for τ.
 
-An accepted interval is an error and a rejected one is natural motion. Undecided intervals are no
-evidence, and neither are intervals that were applied automatically or accepted together with all
-confident ones, because nobody examined them. The detector is run at every τ of the grid to
-determine the τ at which it finds the interval of a verdict.
+An accepted interval is an error, and a rejected interval is natural motion. The following intervals
+are no evidence:
+
+- undecided intervals
+- intervals that were corrected automatically, or accepted together with all other confident ones,
+  because nobody examined them
+
+For each verdict, the detector is run at every τ of the grid to see at which τ it finds the
+interval.
 """
 
 from __future__ import annotations
@@ -31,7 +36,7 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.work.frozen import dataclass
 
-SAME = 0.5  # a detection that shares at least this fraction of frames is the accepted error
+SAME = 0.5  # minimum fraction of common frames if a detection and an error are the same
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -43,16 +48,18 @@ class Verdict:
 
     Attributes
     ----------
+    chain, start, stop
+        The interval's chain and frames [start, stop).
     error
         True if the interval was accepted.
     found
         Mask of the grid's τ at which the detector finds the interval, shape (n,).
     confidence
-        The detector's confidence, None for an interval made by hand or if the detector gives none.
+        The detector's confidence, or None if the interval was made by hand or has no confidence.
     size
-        The largest offset, radians.
+        The largest |δ| of the interval, in radians.
     by_hand
-        True if the detector had not listed the interval.
+        True if a person inserted the interval.
     """
 
     chain: str
@@ -71,18 +78,23 @@ class JudgedClip:
 
     Attributes
     ----------
+    name
+        The clip's name.
     method
-        The detector whose intervals were listed.
+        The detector whose intervals were judged.
     rig
-        String that identifies the skeleton.
+        A string that identifies the skeleton.
     performer
         Name of the performer, '' if unknown.
     minutes
         The clip's duration, without frames left out of tuning.
     reviewed
-        For each reviewed chain, the τ in radians from which intervals were listed.
+        The lowest τ, in radians, at which each reviewed chain was examined, keyed by chain name.
+    verdicts
+        The verdicts.
     shares
-        The fraction of these intervals that were decided, keyed by chain name, 1 if not given.
+        The fraction of the intervals of each reviewed chain that were decided, keyed by chain name.
+        A missing chain has the fraction 1.
     """
 
     name: str
@@ -96,22 +108,22 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains; a chain decided in part counts as a fraction."""
+        """Return the number of reviewed chains. A partly decided chain counts as a fraction."""
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
-        """Return the verdicts on one chain."""
+        """Return a copy with only the verdicts on one chain."""
         return self.without(self.reviewed.keys() - {chain})
 
     def without(self, chains: Collection[str]) -> JudgedClip:
-        """Return the verdicts without the given chains, as if nobody had reviewed these chains."""
+        """Return a copy without the given chains, as if nobody had reviewed them."""
         verdicts = tuple(v for v in self.verdicts if v.chain not in chains)
         reviewed = {k: t for k, t in self.reviewed.items() if k not in chains}
         return replace(self, reviewed=reviewed, verdicts=verdicts)
 
 
 def performer_of(name: str) -> str:
-    """Return the performer from a clip's file name, such as '05' for 05_03.bvh, or ''."""
+    """Return the performer named in a clip's file name, such as '05' for 05_03.bvh, or ''."""
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
@@ -119,10 +131,10 @@ def performer_of(name: str) -> str:
 def judged_clip(
     analysis: ClipAnalysis, state: ReviewState, performer: str | None = None
 ) -> JudgedClip:
-    """Return the verdicts of a review as evidence for the τ of its detector.
+    """Return the verdicts of a review, with the τ at which its detector finds each interval.
 
-    By default, `performer` is derived from the file's name. Intervals in frames that are left out
-    of tuning are ignored.
+    `performer` is the name of the performer; by default, it is derived from the file name.
+    Intervals in frames that are left out of tuning are ignored.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -145,7 +157,10 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """Return True if the interval is a counter-twist that a person examined and decided on."""
+    """Return True if the interval is a counter-twist that a person examined and decided on.
+
+    Automatic corrections and intervals that were accepted in bulk are excluded.
+    """
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
@@ -155,7 +170,7 @@ def is_verdict(judged: Judged) -> bool:
 
 
 def verdicts_in(state: ReviewState) -> Verdicts:
-    """Return the errors and natural spans of a review, to tune τ on the rest of the clip."""
+    """Return the accepted intervals and the spans of rejected intervals of a review."""
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
@@ -173,7 +188,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """Return True for a counter-twist of an existing chain that is not left out of tuning."""
+    """Return True for a counter-twist of an existing chain in frames used for tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )
@@ -191,11 +206,11 @@ def _decided(state: ReviewState) -> dict[str, list[Judged]]:
 def _reviewed(
     detector: Analysis, state: ReviewState, names: Iterable[str], verdicts: Sequence[Verdict]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
+    """Return the lowest τ at which each chain was reviewed, and the fraction of decided intervals.
 
-    A chain with undecided intervals was reviewed down to its weakest decided interval, since
-    lowering τ alone is no review. A chain without intervals counts as reviewed when all other
-    chains are finished.
+    If a chain has undecided intervals, its weakest decided interval determines the lowest τ, since
+    lowering τ alone is no review. A chain without intervals counts as reviewed when no interval of
+    any other chain is undecided.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -203,7 +218,7 @@ def _reviewed(
     for name in names:
         own = [v for v in verdicts if v.chain == name]
         waiting = [j.interval for j in asked if j.interval.chain == name]
-        # The interval was listed, so τ was once no higher than this.
+        # A listed interval shows that τ was once at or below the largest τ that finds it.
         weakest = [
             float(GRID[np.flatnonzero(v.found)[-1]]) for v in own if not v.by_hand and v.found.any()
         ]
@@ -246,10 +261,22 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
 def found_by_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
-    """Return a mask of the τ at which the detector finds each judged interval, (judged, n).
+    """Return a mask of the τ at which each judged interval is found, shape (judged, n).
 
-    A detection belongs to the interval with which it shares most frames. An error is found if the
-    two share half of their frames. Natural motion raises an alarm if any part of it is detected.
+    A detection belongs to the interval with which it shares the largest fraction of frames. An
+    error is found if this fraction is at least a half. Natural motion counts as found if any frame
+    is detected.
+
+    Parameters
+    ----------
+    judged
+        The intervals.
+    errors
+        True for each interval that is an error, False for natural motion.
+    detector
+        The detector applied to the clip.
+    chain
+        Name of the chain.
     """
     out = np.zeros((len(judged), len(GRID)), dtype=bool)
     start = np.array([i.start for i in judged])
@@ -265,15 +292,16 @@ def found_by_tau(
     return out
 
 
-# -- of files -----------------------------------------------------------------------------------
+# -- verdicts in files --------------------------------------------------------------------------
 
 
-def judged_in(
+def read_judged_clip(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
-    """Return the verdicts on a clip in a session. Raises TwistError.
+    """Read a clip and a session, and return the verdicts.
 
-    A session made for another version of the clip is refused, since its frames may differ.
+    Raises TwistError if a file cannot be read, or if the session was made for another version of
+    the clip, since the frames may differ.
     """
     read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
@@ -282,13 +310,13 @@ def judged_in(
 
 
 def check_version(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless a session belongs to the clip's current content."""
+    """Raise TwistError unless a session was made for the clip's current content."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session belongs to another version of the clip")
 
 
 def check_method_and_chains(clip: Clip, session: Session) -> None:
-    """Raise TwistError if the session's detector or a chain of its intervals does not exist."""
+    """Raise TwistError if a session's detector or a chain of its intervals does not exist."""
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))
@@ -302,6 +330,6 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
 
 
 def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
-    """Return the numbers of decided errors and natural intervals."""
+    """Return the numbers of accepted and of rejected intervals."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

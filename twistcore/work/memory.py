@@ -1,4 +1,4 @@
-"""Limit the memory of a process for each clip, and measure its peak (Linux)."""
+"""Limit the memory of a process for each clip, and measure its peak (only on Linux)."""
 
 from __future__ import annotations
 
@@ -7,20 +7,19 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-SPARE = 1_500_000_000  # bytes that Python and its libraries may use
-OF_FILE = 12  # ratio of the memory for reading and analysing a file to its size
+SPARE = 1_500_000_000  # bytes allowed for Python and its libraries
+OF_FILE = 12  # memory allowed for reading and analysing a file, as a multiple of its size
 
 _OWN = Path("/proc/self")
 
 
 @contextlib.contextmanager
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
-    """Limit this process to its current memory plus `spare` plus a multiple of a file's `size`.
+    """Limit this process to its current memory, plus `spare`, plus OF_FILE times a file's `size`.
 
-    Beyond the limit, a MemoryError is raised before the machine begins to swap. The limit applies
-    to the address space, which is larger than the memory that is used. The earlier limit is
-    restored afterwards, because other code may use the process. On systems other than Linux there
-    is no limit.
+    All three are in bytes. Beyond the limit, a MemoryError is raised before the machine begins to
+    swap. The limit applies to the address space, which is larger than the memory in use. It is
+    removed at the end of the block. On systems other than Linux, there is no limit.
     """
     if sys.platform != "linux":
         yield
@@ -38,7 +37,7 @@ def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
 
 
 def forget_peak() -> None:
-    """Reset the value of :func:`peak_memory`, if the system can do this."""
+    """Reset the peak that :func:`peak_memory` returns, if the system supports this."""
     with contextlib.suppress(OSError):
         (_OWN / "clear_refs").write_text("5", encoding="ascii")
 

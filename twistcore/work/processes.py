@@ -1,4 +1,4 @@
-"""Apply a function to many files in several processes. A bad file does not stop the others.
+"""Apply a function to many files in several processes, so that a bad file does not stop the others.
 
 Each process has a separate pipe for requests and results. If a process dies, hangs or takes too
 much memory, only the file that it was working on is lost.
@@ -28,33 +28,33 @@ Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _SERVE = "from twistcore.work.processes import serve; serve({parent})"
-_GRACE_S = 5.0  # seconds after its limit at which a process whose parent was killed ends itself
+_GRACE_S = 5.0  # extra seconds until a process whose parent was killed ends itself
 # Limits are in processor time, so that other load on the machine does not matter. A
 # process that only waits, for example for a dead disk, is ended after this multiple of the limit.
 _WAITING = 10.0
-_OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used up its time
+_OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # signal that ends a process at its time limit
 _ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # exit code of such a process
 _LOOKS_S = 0.2  # seconds between checks of the time on systems without a signal
 _LENGTH = struct.Struct("<Q")
 
 
 class ProcessEndedError(Exception):
-    """Raised if a process was killed or crashed before it answered."""
+    """Raised if a process was killed or crashed before it returned a result."""
 
 
 class ProcessTimeError(Exception):
     """Raised if a process exceeded its time limit and was ended.
 
-    `args` has the seconds of processor time, or the seconds of waiting and True.
+    `args` has the limit in seconds of processor time, or the seconds of waiting and True.
     """
 
 
 class Apart:
-    """A separate process that runs one function call after another. It is replaced after a crash.
+    """A separate process that runs one function call after another.
 
-    The process has one BLAS thread, because the other cores work on other files. It ignores Ctrl+C,
-    which reaches every process of a terminal, because only the parent decides when to stop. It ends
-    with its parent.
+    After a crash, a new process replaces the old one. The process uses one BLAS thread, because the
+    other cores work on other files. It ignores Ctrl+C, which reaches every process of a terminal,
+    because only the parent decides when to stop. It ends with its parent.
     """
 
     def __init__(self) -> None:
@@ -63,11 +63,23 @@ class Apart:
         self._closed = False
 
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
-        """Run `work(name)` in the process and return the result. Raises the exception of `work`.
+        """Run `work(name)` in the process and return the result.
 
-        `work` and `name` are pickled. `seconds` is the limit of processor time, after which the
-        process is ended, or None for no limit. Raises ProcessEndedError or ProcessTimeError if the
-        process ended.
+        Parameters
+        ----------
+        work, name
+            The function and its argument, which are pickled.
+        seconds
+            The limit of processor time, after which the process is ended, or None for no limit.
+
+        Raises
+        ------
+        ProcessEndedError
+            If the process died.
+        ProcessTimeError
+            If the process exceeded the limit.
+        Exception
+            Any exception that `work` raised.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -97,7 +109,7 @@ class Apart:
         finally:
             if timer is not None:
                 timer.cancel()
-        if late.is_set():  # the answer came while the process was being ended
+        if late.is_set():  # the result arrived while the process was being ended
             self._discard_process()
         if not fine:
             raise answer
@@ -109,8 +121,8 @@ class Apart:
     ) -> Result | Exception:
         """Return `work(name)`, or the exception that it raised.
 
-        If the process died, the call is repeated once in a new process, since the first one may
-        have died for another reason.
+        If the process died, the call is repeated once in a new process, since the cause of its
+        death may have been something else. The parameters are those of :meth:`call`.
         """
         for last in (False, True):
             try:
@@ -123,7 +135,7 @@ class Apart:
         raise AssertionError
 
     def close(self) -> None:
-        """Terminate the process, even during a call. Thread-safe."""
+        """End the process, even during a call. Thread-safe."""
         with self._guard:
             self._closed = True
             process, self._process = self._process, None
@@ -151,13 +163,24 @@ def each(
     apart: bool = False,
     seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
-    """Yield each name with `work(name)` or the exception it raised, in order of completion.
+    """Yield each name with `work(name)`, or with the exception that it raised, as it is completed.
 
-    A single worker runs in this process unless `apart` is True. Several workers run in separate
-    processes, for which `work`, its arguments and its results are pickled. `seconds` returns the
-    limit of processor time for a name in such a process. A name whose process died is tried again
-    (:meth:`Apart.tried`). Names are taken as needed, and the workers are ahead of the reader by at
-    most two names each. The processes end with the iterator, immediately if it is closed early.
+    A process that died is replaced, and its name is tried again once. Names are taken as needed,
+    and the workers are ahead of the reader by at most two names each. The processes end with the
+    iterator, immediately if it is closed early.
+
+    Parameters
+    ----------
+    work
+        The function. It is pickled for use in other processes, as are its argument and result.
+    names
+        The arguments.
+    workers
+        Number of processes. A single worker runs in this process unless `apart` is True.
+    apart
+        True to use separate processes always.
+    seconds
+        A function that returns the limit of processor time for a name in a separate process.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))
@@ -188,7 +211,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that each control one process and write the results to a common queue."""
+    """Threads that each control one process and put the results into a common queue."""
 
     def __init__(
         self,
@@ -217,7 +240,7 @@ class _Crew(Generic[Name, Result]):
                     raise found
                 else:
                     yield found
-        finally:  # nobody will read further results
+        finally:  # no further results are needed
             self.stopped.set()
             for apart in crew:
                 apart.close()
@@ -237,7 +260,7 @@ class _Crew(Generic[Name, Result]):
                         break
                 limit = self.seconds(name) if self.seconds else None
                 self.outbox.put((name, apart.tried(self.work, name, limit)))
-        except BaseException as error:  # the iterator of names failed: pass this to the reader
+        except BaseException as error:  # from the iterator of names; the reader raises it
             self.outbox.put(error)
         self.outbox.put(None)
 
@@ -252,7 +275,7 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 def _started() -> subprocess.Popen[bytes]:
     """Start a process that runs requested calls.
 
-    The process is spawned, because a fork may hang in a program with threads.
+    The process is spawned, because a forked process may hang if this program has threads.
     """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
@@ -282,7 +305,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 
 
 def serve(parent: int) -> None:
-    """Run the calls requested on standard input until it is closed or `parent` ends."""
+    """Run the calls requested on standard input until it is closed or process `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if _OUT_OF_TIME is not None:
@@ -326,7 +349,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process when it has used up its processor time, on systems without such a signal."""
+    """End this process at its limit of processor time, on systems without a signal for this."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:
@@ -356,7 +379,7 @@ def _packed(thing: object) -> bytes:
 
 
 def _received(pipe: IO[bytes]) -> bytes:
-    """Return the next message. Raises EOFError if the other side has closed the pipe."""
+    """Return the next message from a pipe. Raises EOFError if the other side has closed it."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         raise EOFError

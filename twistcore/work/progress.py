@@ -1,4 +1,4 @@
-"""Report the progress of long computations to a function that may also cancel them."""
+"""Report the progress of long computations to a function, which may also cancel them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; may raise t
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    Cancelled is not a subclass of Exception, so that no error handler catches it.
+    The class is not a subclass of Exception, so that no error handler catches it.
     """
 
 
 def nobody(_share: float) -> None:
-    """Do nothing. This is the default for reporting progress."""
+    """Ignore the progress. This function is the default for parameters of type :data:`Tell`."""
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for one stage of the work, mapping 0…1 to `start`…`stop`."""
+    """Return a :data:`Tell` for one stage of the work, which maps 0…1 to `start`…`stop`."""
     return lambda share: tell(start + share * (stop - start))
 
 
@@ -33,7 +33,7 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Show a progress bar, and yield a function to call with the name of each finished clip.
 
     The bar is on standard error. If that is not a terminal, a line is printed after every twentieth
-    of the clips. `done` is the number of clips that were finished before.
+    of the clips. `total` is the number of clips, and `done` is the number of clips finished before.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, and most commands do not need it

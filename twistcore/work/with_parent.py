@@ -1,4 +1,4 @@
-"""Make processes end with their parent, even if the parent was killed with kill -9."""
+"""Make a process end with its parent, even if the parent was killed with kill -9."""
 
 from __future__ import annotations
 
@@ -9,28 +9,31 @@ import threading
 import time
 from collections.abc import Sequence
 
-_LOOK_S = 0.5  # seconds between checks whether the parent still runs
+_LOOK_S = 0.5  # seconds between two checks of the parent
 
 
 def end_with_parent(parent: int) -> None:
-    """End this process as soon as `parent` is no longer its parent, even during its work.
+    """End this process when the process `parent` has ended, even during its work.
 
-    This happens within a second, unless a single call outside Python takes longer. On Windows
-    nothing is done, since Windows never assigns a new parent to a process. There, the process ends
-    when it next asks for work.
+    This happens within a second, unless a single call outside Python takes longer. On Windows,
+    which does not assign a new parent to a process, nothing is done. There, the process ends when
+    it next asks for work.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
 
 
 def python_bound(module: str, *words: str) -> list[str]:
-    """Return a command that runs `python -m MODULE` with further words until this process ends."""
+    """Return a command that runs `python -m MODULE` and ends with this process.
+
+    `words` are the arguments of the module.
+    """
     program = f"from twistcore.work.with_parent import become; become({module!r}, {os.getpid()})"
     return [sys.executable, "-c", program, *words]
 
 
 def become(module: str, parent: int) -> None:
-    """Run `python -m MODULE` with the arguments of this process, until `parent` ends."""
+    """Run `python -m MODULE` with the arguments of this process until process `parent` ends."""
     end_with_parent(parent)
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
@@ -38,14 +41,14 @@ def become(module: str, parent: int) -> None:
 def bound(command: Sequence[str]) -> list[str]:
     """Return a command that runs `command` and is killed when the calling thread ends (Linux).
 
-    On other systems, the same command is returned.
+    On other systems, `command` is returned.
     """
     if sys.platform != "linux":
         return list(command)
     return [sys.executable, "-I", "-c", _BOUND, str(os.getpid()), *command]
 
 
-# PR_SET_PDEATHSIG survives exec. The program is not started if the parent has already ended.
+# Set PR_SET_PDEATHSIG, which survives exec. If the parent has already ended, start nothing.
 _BOUND = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 9); "
     "os.getppid() == int(sys.argv[1]) and os.execv(sys.argv[2], sys.argv[2:])"

@@ -1,4 +1,8 @@
-"""Argument types for argparse. Each checks a value, and reports an invalid one in one line."""
+"""Convert and check the values of command-line arguments.
+
+Each function converts the text of an argument, and raises ArgumentTypeError with a one-line message
+if the text is invalid.
+"""
 
 from __future__ import annotations
 
@@ -14,35 +18,35 @@ from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, why_not_written
 
 KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
-STANDARD_INPUT = Path("/dev/stdin")  # used as a name on all systems, even if there is no such file
+STANDARD_INPUT = Path("/dev/stdin")  # stands for standard input, even on systems without this file
 
 _LEAST_MIB = 256  # with less memory, numpy cannot be loaded or a short clip cannot be analysed
-_MOST = 1_000_000  # largest count; a larger number is a typing error
+_MOST = 1_000_000  # a larger count is probably a typing error
 _MOST_WORKERS = 1024
-_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames per second that a file may have
+_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # accepted frames per second
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser that reports an error in one line, with a hint to --help instead of the usage.
+    """An argument parser that reports an error in one line and refers to --help.
 
-    `late` is called before the help is printed, and adds the texts that are slow to load.
+    `late` is a function that is called before the help is printed, to add texts that load slowly.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
 
     def error(self, message: str) -> NoReturn:
-        """Print the message and end the program."""
+        """Print an error message and end the program with exit code 2."""
         end = "" if message.endswith((".", "?")) else "."
         self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """Return the help, including the texts that are slow to load."""
+        """Return the help, including the texts that load slowly."""
         if self.late is not None:
             self.late(self)
         return super().format_help()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse the arguments. The error for an unknown option suggests similar options."""
+        """Parse the arguments, and suggest similar options in the error for an unknown option."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(self._unknown(unknown))
@@ -71,7 +75,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _did_you_mean(word: str, known: Sequence[str]) -> str:
-    """Return text such as '; did you mean detect?' if `known` has similar words, or else ''."""
+    """Return text such as '; did you mean detect?', or '' if `known` has no similar word."""
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -79,12 +83,12 @@ def _did_you_mean(word: str, known: Sequence[str]) -> str:
 
 
 def target(text: str) -> Path:
-    """Return the file to write: '-' is standard output, './-' is a file called '-'."""
+    """Return the path of a file to write. '-' is standard output, and './-' is a file named '-'."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
 def clip_target(text: str) -> Path:
-    """Return the clip or folder of clips to write. A clip's format must be writable."""
+    """Return the path of a clip, or of a folder of clips, to write. Its format must be writable."""
     path = target(text)
     refused = why_not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -93,12 +97,12 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """Return the clip to read: '-' is standard input, './-' is a file called '-'."""
+    """Return the path of a clip to read. '-' is standard input, and './-' is a file named '-'."""
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
 def folder(text: str) -> Path:
-    """Return the folder to write into, which need not exist."""
+    """Return the path of a folder to write into, which need not exist."""
     if text == "-":
         raise argparse.ArgumentTypeError(
             "expected a folder, found '-'; write './-' for a folder called '-'"
@@ -107,13 +111,13 @@ def folder(text: str) -> Path:
 
 
 def tau(text: str) -> float | None:
-    """Return τ in radians from degrees above 0 and up to 180, or None for 'auto'."""
+    """Convert degrees above 0 and up to 180 to a τ in radians, or 'auto' to None."""
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """Return τ in degrees, above 0 and up to 180, or None for 'auto'."""
+    """Convert the text of a τ to degrees, above 0 and up to 180, or 'auto' to None."""
     if text == "auto":
         return None
     value = _number_in(text)
@@ -125,7 +129,7 @@ def tau_degrees(text: str) -> float | None:
 
 
 def degrees(text: str) -> float:
-    """Return an angle in degrees, above 0 and up to 180."""
+    """Convert the text of an angle to degrees, above 0 and up to 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(f"expected degrees above 0 and up to 180, found {text!r}")
@@ -133,7 +137,7 @@ def degrees(text: str) -> float:
 
 
 def kinds(text: str) -> frozenset[Kind]:
-    """Return kinds of errors from a comma-separated list, or all kinds for 'all'.
+    """Return the kinds of errors in a comma-separated list, or all kinds for 'all'.
 
     The words of a name may be separated by '-' or ' '.
     """
@@ -150,7 +154,7 @@ def kinds(text: str) -> frozenset[Kind]:
 
 
 def seed(text: str) -> int:
-    """Return a whole number that is at least 0."""
+    """Convert a text to a whole number of at least 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
             f"expected a whole number of at least 0 with at most 18 digits, found {text[:40]!r}"
@@ -159,7 +163,7 @@ def seed(text: str) -> int:
 
 
 def positive(text: str) -> float:
-    """Return a finite number above 0."""
+    """Convert a text to a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
@@ -167,7 +171,7 @@ def positive(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Return a number of frames per second. Very low and very high rates are refused."""
+    """Convert a text to frames per second, from 1 to 10,000."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
@@ -177,7 +181,7 @@ def rate(text: str) -> float:
 
 
 def share(text: str) -> float:
-    """Return a number from 0 to 1."""
+    """Convert a text to a number from 0 to 1."""
     value = _number_in(text)
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"expected a number from 0 to 1, found {text!r}")
@@ -185,21 +189,21 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """Return an amount of memory in MiB, at least as much as Python and its libraries need."""
+    """Convert a text to an amount of memory in MiB, which must be enough for Python and numpy."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
 
 
 def number(text: str) -> float:
-    """Return any finite number."""
+    """Convert a text to a finite number."""
     if not math.isfinite(value := _number_in(text)):
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}")
     return value
 
 
 def not_negative(text: str) -> float:
-    """Return 0 or a finite number above 0."""
+    """Convert a text to a finite number of at least 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value >= 0.0):
         raise argparse.ArgumentTypeError(f"expected a number of at least 0, found {text!r}")
@@ -207,17 +211,17 @@ def not_negative(text: str) -> float:
 
 
 def count(text: str) -> int:
-    """Return a whole number above 0."""
+    """Convert a text to a whole number above 0."""
     return _whole(text, 1, _MOST)
 
 
 def limit(text: str) -> int:
-    """Return a limit: a whole number that is at least 0."""
+    """Convert a text to a whole number of at least 0, used as a limit."""
     return _whole(text, 0, _MOST)
 
 
 def workers(text: str) -> int:
-    """Return a number of processes, at least 1."""
+    """Convert a text to a number of processes, from 1 to 1024."""
     return _whole(text, 1, _MOST_WORKERS)
 
 

@@ -1,4 +1,4 @@
-"""The arguments of `twistcore batch` and `twistcore watch`."""
+"""Define the arguments of `twistcore batch` and `twistcore watch`."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
 
 
 def shard(text: str) -> tuple[int, int]:
-    """Return the number of a shard and the number of shards, such as (2, 5) for '2/5'."""
+    """Return the index and the number of shards, such as (2, 5) for '2/5'."""
     index, slash, number = text.partition("/")
     if not (slash and index.isdecimal() and number.isdecimal() and 1 <= int(index) <= int(number)):
         raise argparse.ArgumentTypeError(

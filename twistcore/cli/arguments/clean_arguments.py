@@ -1,4 +1,4 @@
-"""The arguments of `twistcore clean`."""
+"""Define the arguments of `twistcore clean`."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import argparse
 from twistcore.cli.arguments.argument_types import positive, rate, readable
 from twistcore.cli.arguments.common_arguments import add_json, add_output, deferred
 
-NAMINGS = ("cmu", "smpl")  # of joints, for `--rename`
+NAMINGS = ("cmu", "smpl")  # known sets of joint names for `--rename`
 
 
 def add_clean(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments to a parser."""
+    """Add the arguments of `twistcore clean` to a parser."""
     parser.add_argument(
         "clip", type=readable, metavar="CLIP", help="the clip; '-' reads a BVH from standard input"
     )
@@ -71,7 +71,7 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
 
 
 def _order(text: str) -> tuple[str, str]:
-    """Return a joint, or '' for all joints, and its rotation order."""
+    """Return a joint and its rotation order, with '' as the joint for all joints."""
     joint, _, order = text.rpartition("=")
     if sorted(order.upper()) != ["X", "Y", "Z"]:
         raise argparse.ArgumentTypeError(
@@ -81,7 +81,7 @@ def _order(text: str) -> tuple[str, str]:
 
 
 def _factor(text: str) -> float:
-    """Parse a scale factor. Beyond 1e-6 to 1e6, lengths would lose too many digits."""
+    """Convert a text to a scale factor from 1e-6 to 1e6, beyond which lengths lose digits."""
     if not 1e-6 <= (value := positive(text)) <= 1e6:
         raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
     return value

@@ -1,4 +1,4 @@
-"""The help of every command: a summary, a description, and examples that the tests run."""
+"""Define the help of every command: a summary, a description, and examples that the tests run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from twistcore.work.frozen import dataclass
 
 
 class HelpFormatter(argparse.HelpFormatter):
-    """Formatter that wraps paragraphs but not lists of examples."""
+    """A formatter of the help that wraps paragraphs but keeps the lines of examples."""
 
     def add_argument(self, action: argparse.Action) -> None:
-        """Add an argument. The first column of the help is widened for indented subcommands."""
+        """Add an argument to the help, with a wider first column for subcommands."""
         super().add_argument(action)
         if isinstance(action, argparse._SubParsersAction):
             self._action_max_length += self._indent_increment
@@ -26,14 +26,16 @@ class HelpFormatter(argparse.HelpFormatter):
 
 @dataclass(frozen=True)
 class CommandHelp:
-    """The texts of one command's help.
+    """The texts in the help of one command.
 
     Attributes
     ----------
     summary
-        Line for the list of commands, without a full stop.
+        A line for the list of commands, without a full stop.
     about
         Sentences after the summary.
+    examples
+        Command lines.
     note
         Sentences after the options, such as exit codes.
     """
@@ -45,13 +47,13 @@ class CommandHelp:
 
     @property
     def description(self) -> str:
-        """Return the text of the help before the options."""
+        """Return the text before the options."""
         sentence = f"{self.summary[:1].upper()}{self.summary[1:]}."
         return f"{sentence}\n\n{self.about}" if self.about else sentence
 
     @property
     def epilog(self) -> str:
-        """Return the text of the help after the options."""
+        """Return the text after the options."""
         head = "Example:" if len(self.examples) == 1 else "Examples:"
         lines = [head, *(f"  {line}" for line in self.examples)] if self.examples else []
         return "\n\n".join(filter(None, (self.note, "\n".join(lines))))

@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and a function that imports a command when it runs.
+"""Define the arguments that several commands share, and import a command only when it runs.
 
 Commands are imported late because importing numpy and scipy is slow.
 """
@@ -21,12 +21,15 @@ from twistcore.cli.arguments.argument_types import (
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
-    """Return a function that imports a module of twistcore.cli and calls a function in it."""
+    """Return a function that imports a module of twistcore.cli and runs a command in it.
+
+    `module` and `name` are the names of the module and of the command's function.
+    """
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
         if not gc.isenabled():  # disabled by `main` in a process that runs only this command
-            gc.freeze()  # modules stay loaded until the end: do not search them for garbage
+            gc.freeze()  # exclude the modules from garbage collection, since they stay loaded
             gc.enable()
         return int(carry_out(arguments))
 
@@ -34,7 +37,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
-    """Add subcommands to a parser. Without a subcommand, it prints the help."""
+    """Add subcommands to a parser. Without a subcommand, the program prints the help."""
 
     def print_help(_: argparse.Namespace) -> int:
         parser.print_help()
@@ -61,7 +64,7 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reference(parser: argparse._ActionsContainer) -> None:
-    """Add the option --reference: another take of the same skeleton to compare with."""
+    """Add the option --reference, another take of the same skeleton for comparison."""
     parser.add_argument(
         "--reference",
         type=Path,
@@ -72,7 +75,7 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
 
 
 def add_fps(parser: argparse._ActionsContainer) -> None:
-    """Add the option --fps: a frame rate to use instead of the file's."""
+    """Add the option --fps, a frame rate to use instead of the file's."""
     parser.add_argument(
         "--fps",
         type=rate,
@@ -82,7 +85,7 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
 
 
 def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> None:
-    """Add the option for the clip to write."""
+    """Add the option -o for the clip to write."""
     parser.add_argument(
         "-o",
         "--output",
@@ -94,7 +97,7 @@ def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> 
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the option --workers: the number of processes to use for a folder."""
+    """Add the option --workers, the number of processes to use for a folder."""
     parser.add_argument(
         "--workers",
         type=workers,
@@ -104,7 +107,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the option to print a JSON document instead of text."""
+    """Add the option --json, which prints a JSON document instead of text."""
     parser.add_argument(
         "--json",
         action="store_true",
@@ -113,7 +116,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_voice(parser: argparse.ArgumentParser) -> None:
-    """Add the options that control the amount of output."""
+    """Add the options --quiet and --verbose."""
     voice = parser.add_mutually_exclusive_group()
     voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")
     voice.add_argument(

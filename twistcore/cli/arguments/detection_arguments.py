@@ -1,4 +1,4 @@
-"""Arguments to choose the chains, the detector, τ, and the intervals to correct."""
+"""Define the arguments that choose the chains, the detector, τ, and the intervals to correct."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
 
 
 def add_chains(parser: argparse._ActionsContainer) -> None:
-    """Add the options that choose chains."""
+    """Add the options that choose chains and people."""
     add_rig(parser)
     parser.add_argument(
         "--chain",
@@ -31,7 +31,7 @@ def add_chains(parser: argparse._ActionsContainer) -> None:
 
 
 def add_rig(parser: argparse._ActionsContainer) -> None:
-    """Add the options that add or remove chains."""
+    """Add the options --rig and --joint-names, which add or remove chains and name joints."""
     parser.add_argument(
         "--rig",
         type=Path,
@@ -52,15 +52,15 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the options --method (detector by name) and --detector (detector by file)."""
+    """Add the options --method (a detector's name) and --detector (a detector's file)."""
     group = parser.add_mutually_exclusive_group()
-    # Set afterwards, so that detectors in other packages are looked up only when help lists them.
+    # Setting the choices later avoids a search for detectors in other packages until it is needed.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS
     add_detector_file(group)
 
 
 def add_detector_file(parser: argparse._ActionsContainer) -> None:
-    """Add the option for a detector in a file that is not part of a package."""
+    """Add the option --detector, for a detector in a file of the user."""
     parser.add_argument(
         "--detector",
         metavar="FILE.py:CLASS",
@@ -71,7 +71,7 @@ def add_detector_file(parser: argparse._ActionsContainer) -> None:
 def add_detection(
     parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = tau
 ) -> None:
-    """Add the options of detection. `tau_type` reads the value of --tau."""
+    """Add the options for detection. `tau_type` converts the value of --tau."""
     add_method(parser)
     parser.add_argument(
         "--tau",

@@ -1,4 +1,4 @@
-"""The arguments of `twistcore quamo`."""
+"""Define the arguments of `twistcore quamo`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from twistcore.cli.arguments.common_arguments import (
 
 
 def add_quamo(parser: argparse.ArgumentParser) -> None:
-    """Add the subcommands to a parser."""
+    """Add the subcommands of `twistcore quamo` to a parser."""
     subparsers = add_commands(parser)
     for name, add_arguments in _COMMANDS.items():
         add_arguments(subparsers.add_parser(name, help=COMMANDS[f"quamo {name}"].summary))

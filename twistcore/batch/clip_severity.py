@@ -1,4 +1,4 @@
-"""The severity of a clip, and the limbs in it that were not examined."""
+"""Compute the severity of a clip's errors, and list the limbs that were not examined."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from twistcore.detection import Interval
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.chain import Chain
 
-# Visibility of an error: a collar's or forearm's twist is less visible than an upper arm's.
+# Visibility of a twist error, 0…1. Twists of a collar or forearm are less visible than those of an
+# upper arm.
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
 _SEEN = 0.1  # seconds for which a viewer notices an edge, a jump or a spike
-# Share of the height: errors of a joint are fully visible if the body parts below it reach this
-# far.
+# A joint's error is fully visible if the body parts below the joint reach this far, as a share of
+# the body height.
 _REACH = 0.35
 
 
@@ -24,16 +25,21 @@ def severity(found: Detection) -> float:
     """Return the severity of a clip in degrees: the root mean square of all visible errors.
 
     The mean is over the clip's frames. The weight of an interval depends on its angle, its joint,
-    its confidence and its length plus 0.1 s. Jumps, spikes and steps count as 0.1 s; noise and
-    frozen frames do not count. Because of the squares, a knee that bends backward for a moment
+    its confidence, and its length plus 0.1 s. Jumps, spikes and steps count as 0.1 s long. Noise
+    and frozen frames do not count. Because of the squares, a knee that bends backward for a moment
     counts more than a small, uncertain error in many frames.
     """
     motion, of = found.analysis.motion, found.analysis.chain
-    return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
+    return severity_of_intervals(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
 
 
-def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float) -> float:
-    """Return the severity of the given intervals in a clip of `frames` frames at `fps`."""
+def severity_of_intervals(
+    finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float
+) -> float:
+    """Return the severity, in degrees, of intervals with their chains.
+
+    `frames` is the clip's number of frames, and `fps` is its frame rate.
+    """
     total = 0.0
     for interval, chain in finds:
         if not (weight := _shows(interval, chain)):
@@ -54,7 +60,7 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return the visibility of an error, given its kind, the joints below it, or its segment."""
+    """Return the visibility of an error, 0…1, from its kind, its joint's reach, or its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:
@@ -67,8 +73,11 @@ def percent_affected(affected: int, frames: int) -> float:
     return 100.0 * affected / frames if frames else 0.0
 
 
-def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Describe the limbs that no chain examines, such as 'left arm of B not examined: …'."""
+def unexamined_limb_sentences(result: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return a sentence for each limb in a result that no chain examines.
+
+    An example is 'left arm of B not examined: …'.
+    """
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
     )

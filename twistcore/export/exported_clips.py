@@ -1,7 +1,7 @@
 """Recognise the corrected clips that this program has written next to the original clips.
 
-This module is used for every clip in a folder by programs that do not load numpy, so it uses file
-names as far as possible.
+This module examines every clip in a folder, also in programs that do not load numpy. So it looks at
+file names as far as possible, and opens few files.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from twistcore.files.kinds import PICKLE, kind_of
 from twistcore.files.wide_text import narrow_head
 
 EXPORT_MARK = "_refined"  # added to the name of a corrected clip by default
-REPLAY_SUFFIX = ".replay.json"  # session that repeats an export, not a review to continue
+REPLAY_SUFFIX = ".replay.json"  # of a session that repeats an export
 _REPORT_SUFFIX = ".report.json"
 _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
-_HEAD = 200_000  # bytes read from the start, more than any known skeleton needs
+_HEAD = 200_000  # bytes to read from the start of a clip, more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Return the clips that this program wrote, each with the file name of its source.
+    """Return the clips that this program exported, with the file name of the source of each.
 
-    The source is given by the session that replays the clip, or by the clip's report. Without
-    either, a clip with the default name of an export is an export if the file equals the source up
-    to the motion. A clip whose source is not among the clips in its folder is not an export.
+    The source is named in the session that replays the clip, or in the clip's report. Without
+    either, a clip with the default name of an export is an export if it equals the source up to the
+    motion. A clip is no export if its source is not among the clips in its folder.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -43,16 +43,17 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips in the same order, without exports (see :func:`exports_among`)."""
+    """Return the clips in the same order without exports (see :func:`exports_among`)."""
     paths = list(clips)
     exported = exports_among(paths)
     return [path for path in paths if path not in exported]
 
 
 def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
-    """Return the exports among the clips of one folder, keyed by name (see :func:`exports_among`).
+    """Return the sources of the exports among the clips of one folder, keyed by name.
 
-    Only clips that have a session or report, or the name of an export, are examined.
+    Only clips that have a session or report, or the name of an export, are examined (see
+    :func:`exports_among`).
     """
     names, found = frozenset(clips), {}
     try:
@@ -78,7 +79,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """Return the file name of a session's clip, or '' if the session names none."""
+    """Return the file name of the clip that a session names, or ''."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):
@@ -97,7 +98,8 @@ def _read_clip(session: Path, modified: int, size: int) -> str:
 def _documents_of(name: str, stem: str) -> Iterator[str]:
     """Yield the names of the sessions and reports that may describe an export.
 
-    These names begin with the export's full name or, for a BVH, with the name without suffix.
+    `name` is the export's file name and `stem` is the name without suffix. Either may be the start
+    of the document's name.
     """
     for suffix in _DOCUMENTS:
         yield name + suffix
@@ -105,7 +107,7 @@ def _documents_of(name: str, stem: str) -> Iterator[str]:
 
 
 def _documented_source(document: str, export: str) -> str:
-    """Return the name of an export's source clip as given in a session or report, or ''."""
+    """Return the name of an export's source, as named in a session or report, or ''."""
     with suppress(OSError):
         status = os.stat(document)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):  # opening a FIFO would wait for its writer
