@@ -56,10 +56,9 @@ def read_poses(
 
     Raises
     ------
-    PosesError
-        If the file or the template does not contain suitable poses or joints.
-    BvhError
-        If the template is not a BVH file.
+    TwistError
+        If the file or the template does not contain suitable poses or joints (`PosesError`), or if
+        the template is not a BVH file (`BvhError`).
     OSError
         If a file cannot be read.
     """

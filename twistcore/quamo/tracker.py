@@ -139,7 +139,7 @@ class Stepper:
     controller
         The source of the gains.
     integration
-        The method of :func:`next_quaternion`, 'exact' or 'first-order'.
+        The method of integrating rotations, 'exact' or 'first-order'.
     """
 
     def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
@@ -251,7 +251,7 @@ def track(
     controller
         The source of the gains.
     integration
-        The method of :func:`next_quaternion`, 'exact' or 'first-order'.
+        The method of integrating rotations, 'exact' or 'first-order'.
     keep_steps
         If True, the result contains all steps.
     tell
