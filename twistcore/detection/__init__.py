@@ -1,7 +1,7 @@
-"""Find errors: counter-twists, rolls, flips, jumps, spikes and noise, with notes about them.
+"""Detection of errors in a motion: counter-twists, rolls, flips, jumps, spikes and noise.
 
-A detector analyses a motion once, without a threshold. The resulting analysis returns the intervals
-for any τ, fast enough for a person to drag the threshold line.
+A detector analyses a motion once, without a threshold. The resulting analysis computes the
+intervals at any threshold τ, fast enough to follow a person who drags the threshold line.
 """
 
 from importlib import import_module
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded on first use because it needs numpy, which listing the names of detectors does not.
+    # `Interval` needs numpy, which takes long to load, so it is imported on first use.
     def __getattr__(name: str) -> object:
         if name == "Interval":
             return import_module(f"{__name__}.interval").Interval

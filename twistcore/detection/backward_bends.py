@@ -1,8 +1,9 @@
-"""Backward bends: a knee or an elbow bends against its hinge, without a jump.
+"""Find backward bends, in which a knee or an elbow bends against its hinge without a jump.
 
-In most of a clip, a knee or an elbow bends to one side. The angle to that side is its flexion,
-which is negative where the joint bends backward. A few degrees are natural, and a rig may add more.
-The limit therefore includes the play of the joint across its hinge and its usual extension.
+In most of a clip, a knee or an elbow bends to one side. The bend to that side is the flexion of the
+joint. Negative flexion is hyperextension. A few degrees of it are natural, and a rig may add more.
+The limit is therefore the sum of a constant, the usual hyperextension of the joint, and its play,
+the angle by which it bends sideways.
 """
 
 from __future__ import annotations
@@ -28,22 +29,30 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-BACKWARD = 10.0  # degrees of hyperextension, in addition to the play and the usual extension
-MOST_PLAY = 25.0  # degrees across the hinge; a joint with more play is not a hinge
+BACKWARD = 10.0  # degrees of hyperextension allowed in addition to the usual one and the play
+MOST_PLAY = 25.0  # degrees; a joint with more play is not a hinge
 FORWARD = 25.0  # degrees of flexion in at least 5 % of the clip; with less, the hinge is unknown
-_OFTEN = 2.0  # ratio of frames that bend forward to frames that bend backward
-_USUAL = 0.25  # share of the clip that shows how far a joint is usually extended
-SHORTEST, FEWEST = 0.1, 3  # seconds and frames: a shorter bend is a spike
-_BESIDE = 3  # frames between the edges of a bend and of another error that explains it
-_COVERS = 0.5  # share of a bend; an error that covers more of it explains the bend
+_OFTEN = 2.0  # minimum ratio of frames that bend forward to frames that bend backward
+_USUAL = 0.25  # share of the clip in which the usual hyperextension is reached or exceeded
+SHORTEST, FEWEST = 0.1, 3  # minimum duration in seconds and in frames; a shorter bend is a spike
+_BESIDE = 3  # maximum distance in frames from an edge of a bend to an edge of its cause
+_COVERS = 0.5  # an error that covers a larger share of a bend is its cause
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """The flexion of a knee or an elbow in degrees, (frames,), and its natural hyperextension.
+    """The flexion of a knee or an elbow, and its natural hyperextension.
 
-    - play: the 95 % quantile of the angle across the hinge
-    - extended: the hyperextension that is reached or exceeded in a quarter of the clip, or 0
+    All angles are in degrees.
+
+    Attributes
+    ----------
+    flexion
+        The flexion in each frame, negative for a backward bend, shape (frames,).
+    play
+        The 95 % quantile of the sideways angle of the joint.
+    extended
+        The hyperextension that is reached or exceeded in a quarter of the clip, or 0.
     """
 
     flexion: Array
@@ -58,8 +67,9 @@ class Hinge:
     def backward(self, shortest: float) -> Iterator[tuple[int, int, float]]:
         """Yield (start, stop, degrees) for each backward bend in frames [start, stop).
 
-        `degrees` is the largest hyperextension in these frames. A bend consists of the frames
-        beyond half of the limit and must exceed the limit in at least `shortest` frames.
+        `degrees` is the largest hyperextension in these frames. A bend begins and ends halfway
+        between the usual hyperextension and the limit, and must exceed the limit in at least
+        `shortest` frames.
         """
         back = -self.flexion
         for start, stop in runs(back > self.extended + 0.5 * (self.limit - self.extended)):
@@ -68,9 +78,9 @@ class Hinge:
 
 
 def hinge_of(signals: Witnesses) -> Hinge | None:
-    """Return the hinge at the child joint C of a chain.
+    """Return the hinge at the child joint of a chain, given the signals of the chain.
 
-    The result is None if the clip does not show to which side C bends.
+    The result is None if the clip does not show to which side the joint bends.
     """
     side = usual_side(signals, np.zeros(signals.frames, dtype=bool))
     if side is None:
@@ -121,7 +131,7 @@ def _jumps(flexion: Array, start: int, stop: int, fps: float) -> bool:
 
 
 def _others(search: KindSearch, chain: Chain) -> list[Interval]:
-    """Return the other errors that may bend the child joint C of a chain, or appear to bend it."""
+    """Return the errors of other kinds that may cause a backward bend of a chain's child joint."""
     names = search.motion.skeleton.names
     joints = {names[chain.parent], names[chain.child]}
     child = {own.name: own.child for own in search.named}
@@ -132,9 +142,9 @@ def _others(search: KindSearch, chain: Chain) -> list[Interval]:
 
 
 def _explained_by(others: Sequence[Interval], start: int, stop: int) -> bool:
-    """Return True if another error covers most of the frames [start, stop).
+    """Return True if one of the errors in `others` explains a backward bend in [start, stop).
 
-    The result is also True if an error begins or ends near the first or the last of these frames.
+    Such an error covers most of these frames, or it begins or ends near an edge of the bend.
     """
     return any(
         min(stop, one.stop) - max(start, one.start) > _COVERS * (stop - start)

@@ -1,9 +1,9 @@
-"""Measure the changes of each joint's bend between frames, regardless of twist [Method, step 7].
+"""Measure how much each joint bends from frame to frame, regardless of twist [Method, step 7].
 
 The bend of a joint is the angle between the bone that leads to it and the bone that leads away from
-it. In a twist error, a joint turns about its bone and the next joint turns back, so no bone changes
-its direction and no bend changes, even if many chains have errors in the same frames. A limb flip
-changes two bends of its limb.
+it. In a twist error, a joint turns about its bone and the next joint turns back. No bone changes
+its direction, so no bend changes, even if many chains have errors in the same frames. A limb flip
+changes only two bends.
 """
 
 from __future__ import annotations
@@ -18,15 +18,19 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, rotate
 
 _BLOCK = 2048  # frames
-_SHORTEST = 1e-6  # share of the skeleton's height; anything shorter has no direction
+_SHORTEST = 1e-6  # share of the skeleton's height; a shorter bone has no direction
 
 
 def bend_steps(motion: Motion) -> Array:
-    """Return the changes of all bends from frame to frame, and of all roots, (n, frames − 1).
+    """Return the rotation of each root and the change of each bend from frame to frame.
 
-    The first rows are the rotations of the roots, and the other rows are the changes of the bends,
-    in radians ≥ 0. A joint at the same position as its root has no bone above it. For such a joint,
-    the rotation of its own bone in the frame of the root is returned.
+    A joint at the position of its root has no bone above it and therefore no bend. For such a
+    joint, the rotation of its own bone in the frame of the root is returned.
+
+    Returns
+    -------
+    ndarray, shape (n, frames − 1)
+        The rotations of the roots, followed by the changes of the bends, in radians ≥ 0.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -43,7 +47,7 @@ def bend_steps(motion: Motion) -> Array:
         above_all = None if on_root else _together(bones_above)
         groups.append((np.array(paths).T, _together(own_bones), above_all))
     steps = np.empty((len(roots) + sum(g[0].shape[1] for g in groups), max(motion.frames - 1, 0)))
-    # Blocks fit into the cache, and the memory needed does not grow with the clip.
+    # Each block fits into the processor cache, and long clips need no additional memory.
     for low in range(0, motion.frames - 1, _BLOCK):
         at = slice(low, min(low + _BLOCK + 1, motion.frames))
         part = q[at]
@@ -66,9 +70,9 @@ def bend_steps(motion: Motion) -> Array:
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
     """Return the direction of the longest bone below a joint, in the joint's frame, or None.
 
-    The direction is (3,) or (frames, 3). If all children are at the joint's position, the End Site
-    is used. The result is None if there is no End Site either. `above` contains the direction of
-    the bone above each joint, or None for a joint without one.
+    The direction has the shape (3,) or (frames, 3). If all children are at the joint's position,
+    the direction to the End Site is returned, or None if there is no End Site. `above` contains the
+    direction of the bone above each joint, or None for a joint without such a bone.
     """
     children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
     if children:
@@ -82,7 +86,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
     """Return the joints at the same position as `joint`, from the highest one down to `joint`.
 
-    `above` contains the direction of the bone above each joint, or None for a joint without one.
+    `above` has the same meaning as in :func:`_own_bone`.
     """
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:

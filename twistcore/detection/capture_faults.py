@@ -1,4 +1,4 @@
-"""Faults of the capture (noise bursts and frozen limbs), as intervals of chains."""
+"""Convert faults of the capture (noise bursts and frozen limbs) to intervals of chains."""
 
 from __future__ import annotations
 
@@ -19,21 +19,18 @@ from twistcore.detection.runs import overlapping
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-_APART = 0.1  # seconds; bursts of a chain with a smaller distance are merged into one
-_PART_OF_STEP = 8.0  # times the angle of a body step; a larger error is not part of the step
+_APART = 0.1  # seconds; bursts of a chain that are closer than this are merged
+_PART_OF_STEP = 8.0  # an error that is larger than the body step by this factor is not part of it
 
 
 def find_bursts(search: KindSearch) -> Found:
-    """Return the bursts of noise, keyed by chain name."""
+    """Return the noise bursts of a clip, keyed by chain name."""
     bursts = noise_bursts(search.motion)
     return burst_intervals(search.motion, search.chains, bursts, search.chosen)
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frames in which a limb does not move.
-
-    The intervals are keyed by the first chosen chain of each limb.
-    """
+    """Return the frozen frames of each limb, keyed by the name of the limb's first chosen chain."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -43,15 +40,24 @@ def burst_intervals(
     bursts: Iterable[NoiseBurst],
     chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the bursts of noise in the joints of chains, keyed by chain name, sorted by start.
+    """Return intervals for the noise bursts of joints, keyed by chain name and sorted by start.
 
-    `chosen` are the chains to list, all if not given. A burst in a joint of a chosen chain is
-    always listed: under the joint's own chain if that chain is chosen, or under the first chosen
-    chain that contains the joint. Bursts of joints outside these chains are left out.
+    Bursts of a chain that overlap, or nearly do, are merged into one interval. Its `joint` is the
+    noisiest joint, and its `residual` is the σ of that joint's noise about each axis, in radians.
+    The offset is 0, because a noise burst is not corrected.
 
-    Bursts of a chain that overlap, or nearly do, are merged into one interval, which is named after
-    the noisiest joint. Its `residual` is σ of the noise about each axis in that joint. Its offset
-    is 0, because nothing is removed.
+    Parameters
+    ----------
+    motion
+        The clip.
+    chains
+        All chains of the clip.
+    bursts
+        The noise bursts. Bursts of joints outside the chosen chains are left out.
+    chosen
+        The chains for which to return intervals, by default all. The burst of a joint belongs to
+        the joint's own chain or, if that chain is not chosen, to the first chosen chain that
+        contains the joint.
     """
     chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
     own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
@@ -67,7 +73,7 @@ def burst_intervals(
 
 
 def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tuple[NoiseBurst, ...]:
-    """Return the bursts of joints that belong to no chain."""
+    """Return the noise bursts of joints that belong to no chain."""
     owner = chain_of_joint(chains)
     return tuple(burst for burst in bursts if burst.joint not in owner)
 
@@ -75,9 +81,10 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, keyed by the limb's first chosen chain.
+    """Return intervals for the frozen frames of limbs, keyed by chain name.
 
-    `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
+    The intervals of a limb belong to its first chosen chain. `chains` contains all chains of the
+    limbs, and `chosen` the chains for which to return intervals, by default all.
     """
     chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}
@@ -96,10 +103,9 @@ def frozen_intervals(
 
 
 def at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
-    """Return True if an interval begins or ends at a step of the whole body.
+    """Return True if an interval begins or ends at a body step of the named person.
 
-    Only steps of `person` are considered. A counter-twist that is many times as large as the step
-    is not regarded as a part of it.
+    An interval with an offset many times as large as the step is not regarded as part of the step.
     """
     edges, largest = {interval.start, interval.stop}, abs(math.degrees(interval.largest))
     return any(
@@ -136,7 +142,7 @@ def _fault(kind: Kind, chain: str, start: int, stop: int, evidence: dict[str, An
 
 
 def frozen_sentence(spans: int) -> str:
-    """Return a note about the number of frozen spans, or an empty string if there are none."""
+    """Return a sentence about the number of frozen spans, or '' if there are none."""
     if not spans:
         return ""
     if spans == 1:

@@ -1,13 +1,13 @@
-"""Carried rolls: a parent P and its child C roll together, while C's bone keeps its direction.
+"""Find carried rolls: a parent P rolls by a wrong angle, and its child C rolls with it.
 
-In a counter-twist and in a carried roll, C turns back about P's bone by P's angle. The angle of C's
-bone about P's bone is the azimuth, θc of [Choi26 Eq. 6-7]. In a carried roll, C also turns about
-its own bone by the same angle:
+In a counter-twist, P turns by δ about its bone axis a, and C turns back by δ about the same axis.
+In a carried roll, C also turns by δ about its own bone axis b, so that the local rotations are
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
-The roll of C about its own bone has no effect on the azimuth. Without this roll, a carried roll is
-a counter-twist, so the consistency detector can find it and collect the same evidence.
+In both errors, C's bone keeps its direction. The roll R_b(δ) does not change the azimuth θc of C's
+bone about P's bone [Choi26 Eq. 6-7]. After all rolls of C about b are removed from the motion, a
+carried roll is a counter-twist, so the consistency detector can find it.
 """
 
 from __future__ import annotations
@@ -30,24 +30,25 @@ from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
 LEAST_BEND = 20.0  # degrees; the azimuth of a straighter limb is mostly noise
-LEAST = 3.0  # degrees; smaller turns at an edge are ignored
-WIDEST = 0.06  # seconds, for an edge
-_AGREE = 0.4  # share of P's turn at an edge by which the azimuth and C's roll may differ from it
-_EFFORT = 0.2  # of the usual search for soft errors; more finds nothing in 345 restless clips
-_OUTSTANDING = 4.0  # minimum ratio of an edge's turn to the usual turn beyond the pace
+LEAST = 3.0  # degrees; smaller turns of P at an edge are ignored
+WIDEST = 0.06  # maximum duration of an edge in seconds
+_AGREE = 0.4  # share of P's turn by which the turns of the azimuth and of C may differ from it
+# Share of the usual effort of the search for soft errors. More finds nothing in 345 restless clips.
+_EFFORT = 0.2
+_OUTSTANDING = 4.0  # minimum ratio of P's turn at an edge to its usual turn, both beyond the pace
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedRolls:
-    """The carried rolls of chains before a threshold is chosen.
+    """The analysis of carried rolls, before a threshold is chosen.
 
-    Chains in which no edge looks like a carried roll are left out of both mappings.
+    Both mappings are keyed by chain name. Chains without an edge that looks like a carried roll are
+    left out.
 
     Attributes
     ----------
     known
-        The consistency detector's analyses of the chains, computed without the roll of C about its
-        own bone.
+        The consistency detector's analyses of the motion without the roll of C about its own bone.
     signals
         The signals of the same chains.
     """
@@ -77,7 +78,7 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class RollsOfChains:
-    """A test of whether the child C of a chain rolls with its parent P.
+    """A test that finds out which counter-twists of a motion are carried rolls.
 
     The signals of a chain are computed on first use. In a long clip, only the latest few are kept.
     """
@@ -86,7 +87,7 @@ class RollsOfChains:
     _signals: dict[str, Witnesses] = field(default_factory=dict)
 
     def along(self, chain: Chain, twist: Interval) -> bool:
-        """Return True if C of a chain rolled with P in a counter-twist of this chain."""
+        """Return True if the child rolls with the parent in a detected counter-twist of a chain."""
         if not may_carry(chain):
             return False
         if chain.name not in self._signals:
@@ -98,10 +99,11 @@ class RollsOfChains:
 def analyse_carried_rolls(
     motion: Motion, chains: Iterable[Chain], *, reuse: bool = False
 ) -> CarriedRolls:
-    """Analyse carried rolls, up to the point where τ is needed.
+    """Analyse the carried rolls of chains, up to the point where τ is needed.
 
-    `motion` is the motion without its counter-twists, which would be found a second time. If
-    `reuse` is True, its rotations are overwritten, which saves the memory of a copy.
+    `motion` must not contain the known counter-twists, which would be found a second time. If
+    `reuse` is True, its rotations are changed during the analysis, which saves the memory of a
+    copy.
     """
     signals = {}
     for chain in chains:
@@ -114,7 +116,7 @@ def analyse_carried_rolls(
     for group in _apart([chain for _, chain in signals.values()]):
         for chain in group:
             rotations[:, chain.child] = signals[chain.name][0].unrolled
-        # Without the roll, C's rotation turns P's axis to C's bone.
+        # Without its roll, C's rotation turns P's bone axis to the direction of C's bone.
         as_twists = [replace(chain, arm=chain.axis) for chain in group]
         analysis = analyse_chains(motion.with_rotations(rotations), as_twists, effort=_EFFORT)
         known |= dict.fromkeys((chain.name for chain in group), analysis.detached())
@@ -124,18 +126,19 @@ def analyse_carried_rolls(
 
 
 def may_carry(chain: Chain) -> bool:
-    """Return True if a chain can have carried rolls.
+    """Return True if carried rolls can be found in a chain.
 
-    For this, C needs a bone, and the position of C's child must show the azimuth.
+    The chain must have a grandchild joint, whose position shows the azimuth, and constant bones.
+    Chains of helper bones and of inner pieces of a bone are excluded.
     """
     constant = chain.axis.ndim == chain.arm.ndim == 1
     return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return a mask, (frames,), of the frames in which a limb is bent enough for a carried roll.
+    """Return a mask, (frames,), of the frames in which a chain is bent enough for a carried roll.
 
-    The mask is False everywhere if the chain cannot have carried rolls.
+    The mask is False everywhere if carried rolls cannot be found in the chain.
     """
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
@@ -158,7 +161,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _has_edge(signals: Witnesses) -> bool:
-    """Return True if P turns at least once as in a carried roll, and far more than usual."""
+    """Return True if P at least once turns as in a carried roll and by far more than usual."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -171,7 +174,7 @@ def _has_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return a mask of the frames in `at` in which the turns look like a carried roll.
+    """Return a mask, (n,), of the frames `at` in which the joints turn as in a carried roll.
 
     The turns are measured over `width` frames.
     """
@@ -180,9 +183,9 @@ def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return a mask of the turns in which the azimuth turns back and C rolls with P.
+    """Return True where the azimuth turns back by P's angle and C rolls by about the same angle.
 
-    Both must turn by about P's angle `x`. All angles are in degrees.
+    `x` is the turn of P, `azimuth` the turn of the azimuth and `roll` the roll of C, in degrees.
     """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
@@ -193,8 +196,8 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 def is_carried(signals: Witnesses, found: Interval) -> bool:
     """Return True if a detected counter-twist is a carried roll.
 
-    The limb must be bent throughout the interval, and C must roll with P at the beginning and at
-    the end.
+    The limb must be bent throughout the interval, and the child must roll with the parent at every
+    edge.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:

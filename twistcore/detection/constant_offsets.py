@@ -1,11 +1,11 @@
-"""Bones with a constant twist relative to their child. They are listed but never corrected.
+"""Find bones that are twisted relative to their child by a constant angle in the whole clip.
 
-A constant counter-twist has no edge and changes no position, but a comparison reveals it: the twist
-of P is off by δ and the twist of C by −δ. No natural pose does this for a whole clip. A bone is
-compared with
+In a constant counter-twist, the twist of a parent P is off by δ and the twist of its child C by −δ
+in every frame. There is no edge, and no position changes, so such an offset is found only by
+comparison. It is listed but never corrected. A bone is compared with
 
-- the same bone on the other side of the body, because a body is symmetric on average, and mirrored
-  twists about the outgoing bone have opposite signs
+- the same bone on the other side of the body, because a body is symmetric on average; mirrored
+  twists have opposite signs
 - its rest pose, but only in legs, because arms are far from their rest pose in many
   clips without errors
 - the same bone in another take of the same skeleton, if the user names one
@@ -25,23 +25,34 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
-LEAST = math.radians(30.0)
-_AGREE = 0.25  # share of the offset by which the offsets of P and C may differ …
-_POSE = math.radians(50.0)  # … or this angle, because usual poses differ by as much
-_STEADY = 0.5  # length of the mean direction below which a twist has no usual angle
-_CLEARLY = math.radians(30.0)  # minimum difference of the sides' distances from the rest pose
+LEAST = math.radians(30.0)  # a smaller offset is ignored
+# The offsets of P and C may differ by this share of the offset, or by this angle, because the usual
+# poses of two sides or takes differ by as much.
+_AGREE, _POSE = 0.25, math.radians(50.0)
+_STEADY = 0.5  # a twist whose mean direction is a shorter vector has no usual angle
+# The wrong side is known if the sides' distances from the rest pose differ by at least this angle.
+_CLEARLY = math.radians(30.0)
 _LEGS = ("UpLeg", "Leg")
-_ALIKE = math.cos(math.radians(25.0))  # maximum angle between a bone in two skeletons
+_ALIKE = math.cos(math.radians(25.0))  # maximum angle between the same bone in two skeletons
 
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain in which P is twisted by `degrees` relative to C in every frame.
+    """A chain whose parent is twisted relative to its child by a constant angle.
 
-    - other: the same chain on the other side, if the sides were compared
-    - reference: the name of the take with which the clip was compared, or '' for the other side or
-      the rest pose
-    - clear: True if the rest poses show that this chain is wrong and not the other one
+    Attributes
+    ----------
+    chain
+        The chain.
+    degrees
+        The constant angle.
+    other
+        The chain on the other side, if the sides were compared; None if not.
+    reference
+        The name of the take with which the clip was compared, or '' for the other side or the rest
+        pose.
+    clear
+        True if the rest pose shows that this chain is wrong and not `other`.
     """
 
     chain: Chain
@@ -70,7 +81,7 @@ class ConstantOffset:
 
 @dataclass(frozen=True)
 class _Usual:
-    """The usual angle of a joint's twist, in radians, and its variation, 0…1."""
+    """The usual angle of a joint's twist, in radians, and its circular variance, 0…1."""
 
     angle: float
     varies: float
@@ -81,12 +92,12 @@ class _Usual:
         return _Usual(-self.angle, self.varies)
 
 
-_Twists = tuple[_Usual, _Usual]  # of a chain's P and C about its bone
+_Twists = tuple[_Usual, _Usual]  # the usual twists of a chain's P and C about P's bone
 _REST: _Twists = (_Usual(0.0, 0.0), _Usual(0.0, 0.0))
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains with a constant offset, compared with the other side or the rest pose."""
+    """Find the chains with a constant offset, compared with the other side or the rest pose."""
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
     by_side = _lowest(
         offset
@@ -102,10 +113,10 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 def offsets_from(
     motion: Motion, chains: Sequence[Chain], reference: Motion, name: str
 ) -> tuple[ConstantOffset, ...]:
-    """Return the chains with a constant offset, compared with another take of the same skeleton.
+    """Find the chains with a constant offset, compared with another take of the same skeleton.
 
-    `reference` is that take and `name` is its name. Raises ClipMismatchError if its skeleton is
-    different.
+    `reference` is the other take and `name` is its name. Raises ClipMismatchError if its skeleton
+    is different.
     """
     _check_skeleton(motion.skeleton, reference.skeleton, chains, name)
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
@@ -143,10 +154,20 @@ def _offsets(
     *,
     exact: bool = False,
 ) -> tuple[ConstantOffset, ...]:
-    """Return the offsets of the chains in `among` from the expected twists.
+    """Return the constant offsets of chains from their expected twists.
 
-    `usual` and `expected` are keyed by chain name, and `chains` are all chains. `exact` is True if
-    the offsets of P and C must agree closely.
+    Parameters
+    ----------
+    among
+        The chains to compare.
+    usual, expected
+        The usual and the expected twists, keyed by chain name.
+    chains
+        All chains of the clip.
+    reference
+        The name of the take that the expected twists are from, or ''.
+    exact
+        True if the offsets of P and C must agree closely.
     """
     return _lowest(
         ConstantOffset(chain, math.degrees(offset), reference=reference)
@@ -175,10 +196,11 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return the constant twist of P relative to C, in radians.
+    """Return the constant twist of P relative to C, in radians, or None.
 
-    The result is None if the angle is small or undefined. `own` and `expected` are the usual twists
-    of P and C. `exact` is True if their offsets must agree closely.
+    The result is None if an offset is small or if the offsets of P and C do not agree. `own` and
+    `expected` are the usual and the expected twists of P and C. `exact` is True if the offsets must
+    agree closely.
     """
     of_p = float(wrap(own[0].angle - expected[0].angle))
     of_c = -float(wrap(own[1].angle - expected[1].angle))
@@ -186,7 +208,7 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
     pose = 0.0 if exact else min(_POSE, least)
     if least < LEAST or abs(apart) > max(_AGREE * least, pose):
         return None
-    # The less a joint turns, the more exactly its twist shows the offset.
+    # The less the twist of a joint varies, the more exactly it shows the offset.
     blur = [own[k].varies + expected[k].varies for k in (0, 1)]
     share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
     return float(wrap(of_p - share * apart))
@@ -195,7 +217,7 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """Return True if the next bone has no usual twist, so that its turn may be mistaken for C's."""
+    """Return True if the next chain has no usual twist, so that its error may be taken for C's."""
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 

@@ -1,6 +1,6 @@
-"""Discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
+"""Find discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
 
-Discontinuities are borders of segments, not errors.
+Discontinuities divide a clip into segments. They are not errors.
 """
 
 from __future__ import annotations
@@ -16,23 +16,27 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import DistinctFrames, without_held
 
-# seconds between cuts: in a shorter segment, errors cannot be distinguished from motion
+# Seconds between cuts. In a shorter segment, errors cannot be distinguished from motion.
 SHORTEST_SEGMENT = 0.25
-JUMP = 5.0  # ratio to a joint's usual pace
+JUMP = 5.0  # minimum ratio of a jump to the joint's usual pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less do not vote
-SHARE = 0.55  # minimum share of the joints that bend; tremors in tracked captures reach 0.52
-# Minimum share of all joints that must bend: if nearly all are still, an error is not a cut.
+SHARE = 0.55  # minimum share of the voting joints that jump; tremors in captures reach 0.52
+# If fewer than this share of all joints ever bend, the votes are counted as if so many did. An
+# error in a clip in which nearly all joints are still is therefore not mistaken for a cut.
 FEWEST = 1.0 / 3.0
-SHARE_BESIDE, HOLE = 0.3, 3  # minimum share within HOLE frames of a cut
-LEADING = 12  # transitions within which a T-pose at the start may be blended into the capture
-# length in seconds of a block, whose median is the pace; the few frames of a cut do not change it
+# A frame with at least this share of jumping joints belongs to a cut if the gap between them is at
+# most HOLE frames.
+SHARE_BESIDE, HOLE = 0.3, 3
+LEADING = 12  # maximum number of transitions over which a T-pose blends into the capture
+# Seconds. The pace is the median of a block of this length, so that the few frames of a cut do not
+# change it.
 BLOCK_SECONDS = 0.13
 
 
 def find_cuts(motion: Motion) -> Mask:
     """Return a mask, (frames,), of the frames whose step from the previous frame is not motion.
 
-    Such a step is a cut, or part of a blend out of the clip's first pose or into a rest pose at its
+    Such a step is a cut, or part of a blend from the clip's first pose or into a rest pose at its
     end.
     """
     return _cuts(motion).copy()
@@ -53,9 +57,9 @@ def _cuts(motion: Motion) -> Mask:
 
 
 def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
-    """Convert a mask of the cuts of a clip without held frames to a mask for the whole clip.
+    """Convert the cuts of a clip without its held frames to a mask for the whole clip.
 
-    A blend includes the frames that are held during it.
+    Frames that are held during a blend belong to the blend.
     """
     full = np.zeros(held.frames, dtype=bool)
     full[held.first] = cut
@@ -66,9 +70,9 @@ def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
 def _jumps(motion: Motion) -> Mask:
     """Return a mask of the frames in which the bends of most joints jump at the same time.
 
-    A joint votes for a cut if its bend changes by more than JUMP times its median pace in the
-    calmest nearby block. The votes must reach the fraction SHARE of the joints that bend at any
-    time.
+    A joint votes for a cut if its bend changes by more than JUMP times its pace. Its pace is the
+    median change in the block of the frame or in the calmer neighbouring block, whichever is
+    larger. The votes must exceed the fraction SHARE of the joints that bend at any time.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
@@ -91,7 +95,7 @@ def _jumps(motion: Motion) -> Mask:
     for turn, most in zip(turns, least, strict=True):
         share[1:] += turn > most[at]
     share /= voters
-    # A blend from a T-pose fades out, so weaker frames next to a cut belong to it, with the gaps.
+    # A blend from a T-pose fades out, so a cut includes nearby frames in which fewer joints jump.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):
         groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > HOLE) + 1)
@@ -102,7 +106,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return the segments [low, high) between cuts, except for segments too short to examine."""
+    """Return the segments [low, high) between cuts, without segments too short to examine."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
@@ -113,10 +117,9 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
 def leading_frames(motion: Motion) -> int:
     """Return the number of frames at the start that are a rest pose or a blend from it.
 
-    These are all frames before the last cut (:func:`find_cuts`) within the 12 transitions after the
-    first pose, which may be held. If that cut belongs to a longer blend, all frames of the blend
-    are included. In CMU clips, only frame 0 is such a pose. In the Daz conversion, the first 8 to
-    12 frames are.
+    They end at the last cut (:func:`find_cuts`) within 12 transitions after the first pose, which
+    may be held. If that cut belongs to a longer blend, all frames of the blend are included. In CMU
+    clips, only frame 0 is such a pose; in the Daz conversion, the first 8 to 12 frames are.
     """
     cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
@@ -132,9 +135,9 @@ def trailing_frames(motion: Motion) -> int:
 
 
 def border_notes(motion: Motion) -> tuple[str, ...]:
-    """Return the notes about frames that are ignored at the ends of a clip.
+    """Return notes about frames that are ignored at the start and the end of a clip.
 
-    A single T-pose frame at the start is not mentioned.
+    A single ignored frame at the start is not mentioned.
     """
     first, last = leading_frames(motion), trailing_frames(motion)
     notes = []

@@ -1,4 +1,4 @@
-"""Input and result of finders, which search for the kinds of errors that detectors do not find."""
+"""Finders: functions that search for the kinds of errors that detectors do not find."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
 Found = Mapping[str, Sequence[Interval]]
-Frames = Callable[[int, int], Motion]  # the frames [start, stop) of a motion
+Frames = Callable[[int, int], Motion]  # function that returns the frames [start, stop) of a motion
 Known = TypeVar("Known")
 
 
 @dataclass(frozen=True, eq=False)
 class KindSearch:
-    """A clip in which to search for a kind of error.
+    """The clip in which a finder searches for errors, with its known errors and corrections.
 
     Parameters
     ----------
@@ -32,20 +32,21 @@ class KindSearch:
     chosen : tuple of Chain
         The chains for which to list errors: all or some of `chains`.
     whole : bool
-        False if the clip has more chains than `chains`. Joints outside `chains` are then left out.
+        False if the clip has more chains than `chains`. Joints outside `chains` are then not
+        searched.
     named : tuple of Chain
-        All chains, twist bones and limbs that known errors may belong to.
+        All chains, twist bones and limbs to which known errors may belong.
     errors : callable
-        Function that returns the intervals of all correctable kinds at the automatic τ.
+        Function that returns the known errors: the intervals of all correctable kinds at the
+        automatic τ.
     corrected : callable
-        Function without arguments. It returns None if there are no automatic corrections;
-        if there are, it returns a function that computes frames of the corrected motion.
-    without : callable
-        Function that takes a list of errors and returns a function that computes frames of the
-        motion without these errors.
+        Function without arguments that returns a function for frames of the corrected motion, or
+        None if there are no automatic corrections.
+    without : callable, optional
+        Function that takes a list of errors and returns a function for frames of the motion without
+        these errors.
     captured : KindSearch, optional
-        The same search in the clip as captured, without information about known errors. None if
-        this search already uses that clip.
+        The same search without known errors and corrections. None if this search has none.
     """
 
     motion: Motion
@@ -60,21 +61,21 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def corrected_motion(self) -> Motion:
-        """Return the motion with all automatic corrections."""
+        """Return the motion after all automatic corrections."""
         frames = self.corrected()
         return self.motion if frames is None else frames(0, self.motion.frames)
 
     def joint_of(self, interval: Interval) -> int:
-        """Return the index of the joint that an interval names.
+        """Return the index of an interval's joint.
 
-        Raises KeyError if the clip has no such joint.
+        Raises KeyError if the clip has no joint with that name.
         """
         return self.motion.skeleton.index(interval.joint)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return `work(self)`, computed only once per clip and shared by the finders of all kinds.
+        """Return `work(self)`, which is computed once and cached for the finders of all kinds.
 
-        Callers must not change the result. The result must not depend on `chosen`.
+        Callers must not change the result, and the result must not depend on `chosen`.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))
@@ -97,7 +98,7 @@ def finder_of(kind: Kind) -> Finder:
 
 
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
-    """Return the intervals of a kind, keyed by the names of the chosen chains, sorted by start.
+    """Return the intervals of a kind, keyed by the name of each chosen chain, sorted by start.
 
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """

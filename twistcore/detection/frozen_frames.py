@@ -11,15 +11,16 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
-_LEAST, _FEWEST = 0.25, 6  # seconds, and a minimum number of frames
+_LEAST, _FEWEST = 0.25, 6  # minimum length of a span in seconds and in frames
 _ALIVE = 0.7  # minimum share of the other frames in which the limb moves
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return (limb, start, stop) for all spans [start, stop) in which a limb does not move.
+    """Return (limb, start, stop) for each span of frames [start, stop) in which a limb is frozen.
 
-    The result is sorted by start. Spans at either end of the clip are left out, because a pose may
-    be held there on purpose. The result is empty for clips with held frames.
+    `limb` is the limb's name. The spans are sorted by start. A span at the start or the end of the
+    clip is left out, because a pose may be held there on purpose. A clip with held frames has no
+    spans.
     """
     if motion.frames < 3 or without_held(motion) is not None:
         return ()

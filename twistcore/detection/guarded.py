@@ -1,6 +1,6 @@
-"""Guards for detectors by other authors.
+"""Check the results of detectors by other authors.
 
-A guard reports a failure as one sentence that contains the name of the detector.
+A failure is reported as a TwistError whose one-sentence message names the detector.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ if TYPE_CHECKING:
 
 @contextmanager
 def one_sentence(what: str) -> Iterator[None]:
-    """Convert any error of external code to a TwistError with a message that begins with `what`."""
+    """Convert any error in a block of code to a TwistError with a message that begins with `what`.
+
+    A MemoryError is not converted.
+    """
     try:
         yield
     except MemoryError:
@@ -40,7 +43,12 @@ def one_sentence(what: str) -> Iterator[None]:
 class GuardedDetector:
     """A detector whose results are checked.
 
-    `place` is the file and class from which the detector was loaded, or ''.
+    Parameters
+    ----------
+    detector
+        The detector to guard.
+    place
+        The file and class from which it was loaded, or ''.
     """
 
     def __init__(self, detector: Detector, place: str = "") -> None:
@@ -54,10 +62,10 @@ class GuardedDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Analyse a motion up to the point where τ is needed.
+        """Analyse chains of a motion, up to the point where τ is needed.
 
-        Raises TwistError if the detector fails. The strength, the automatic τ and the intervals at
-        this τ are computed immediately for each chain, so most failures occur in this method.
+        The strength, the automatic τ and the intervals at this τ are computed immediately for each
+        chain, so that most failures occur in this method. Raises TwistError if the detector fails.
         """
         name = self.info.name
         with one_sentence(f"the detector {name!r} failed"):
@@ -75,12 +83,12 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector. Its methods raise TwistError if a result is wrong."""
+    """The analysis of a guarded detector, whose methods raise TwistError if a result is wrong."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
         self._strengths: dict[str, Array] = {}
-        # Return the same object each time, because other code caches results by interval.
+        # `_explained` returns the same object each time, because callers cache results by interval.
         self._known: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
 
     def automatic_tau(self, chain: str) -> float:
@@ -149,7 +157,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """Function that returns the evidence for an interval, or the error that occurred instead."""
+    """A callable that returns the evidence for an interval, or an error if the detector fails."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

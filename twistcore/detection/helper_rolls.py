@@ -1,8 +1,8 @@
-"""Twist bones (helpers) that turn about their bone while no other joint does.
+"""Find helper rolls, in which a twist bone (helper) rolls by a wrong angle while no joint does.
 
-The reason may be a jump, or a driver that flips at ±180°. A helper rolls partly with the joint C at
-the end of its bone. If it jumps about the bone while C does not jump and its parent does not turn
-the other way, only the helper is wrong.
+The cause may be a jump, or a driver of the rig that flips at ±180°. A helper normally passes on a
+share of the roll of the joint C at the end of its bone. If the helper jumps about the bone while C
+does not jump and the helper's parent does not turn the other way, only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -26,36 +26,39 @@ from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import nobody
 
-SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less does not visibly twist the skin
-# Share of the helper's jump that C's turn, or its parent's opposite turn, must have.
+SMALLEST_ROLL = math.radians(20.0)  # a smaller roll does not visibly twist the skin
+# A turn of C, or an opposite turn of the parent, explains a jump of the helper if it is at least
+# this share of the jump.
 _EXPLAINED = 0.4
-_AXIS = np.array([1.0, 0.0, 0.0])
+_AXIS = np.array([1.0, 0.0, 0.0])  # any axis: only the angles of the helpers are used
 
 
 @dataclass(frozen=True, eq=False)
 class HelperAnalysis:
-    """The analysis of helpers and their jumps about the bone, before a threshold is chosen.
+    """The analysis of helper rolls, before a threshold is chosen.
 
-    `own` is the angle by which each helper turns alone in each frame, in radians, shape (frames,),
-    keyed by name.
+    Attributes
+    ----------
+    helpers
+        The analysis of the jumps of each helper about its bone, keyed by name.
+    own
+        The angle by which each helper turns alone in each frame, in radians, shape (frames,), keyed
+        by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
     own: Mapping[str, Array]
 
     def automatic_tau(self, helper: str) -> float:
-        """Return the automatic τ for the roll of a helper, at least 20°, in radians."""
+        """Return the automatic τ of a helper in radians, at least 20°."""
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the magnitudes of a helper's jumps about its bone, in radians ≥ 0, (frames,)."""
+        """Return the strength of a helper's jumps about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals in which only the helper is turned, sorted by start.
-
-        `tau` is the threshold in radians.
-        """
+        """Return the helper rolls at threshold τ in radians, sorted by start."""
         found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
         return tuple(
             replace(
@@ -70,14 +73,14 @@ class HelperAnalysis:
         )
 
     def _alone(self, helper: str, interval: Interval) -> bool:
-        """Return True if only the helper turned at the beginning or at the end of the interval."""
+        """Return True if the helper turned alone at an edge of the interval."""
         own = self.own[helper]
         edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Analyse helpers up to the point where τ is needed."""
+    """Analyse the rolls of helpers, up to the point where τ is needed."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -91,7 +94,8 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
         _, driver = twist_increments(q, c, helper.axis)
         own[helper.name] = _own_turn(roll, driver, over)
         rolls.append(np.cumsum(roll))
-    # Pair the helper with its inverse, so that its whole roll appears as x and as −y.
+    # Pair each helper with its inverse as the child: the twist increments are then x and y = −x, as
+    # in a counter-twist.
     turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
     limbs = Limbs(
         np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
@@ -105,14 +109,14 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def roll_curve(motion: Motion, helper: Helper) -> Array:
-    """Return the sum of a helper's turns about the bone, in radians, (frames,)."""
+    """Return the accumulated roll of a helper about its bone, in radians, (frames,)."""
     above = int(motion.skeleton.parents[helper.parent])
     q = motion.rotations[:, helper.parent]
     return np.asarray(np.cumsum(twist_increments(motion.rotations[:, above], q, helper.axis)[1]))
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval: the jumps of the helper at both ends, in degrees."""
+    """Return the evidence for an interval, keyed by name: the helper's jumps at both edges."""
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )
@@ -124,7 +128,7 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the turns of a helper that neither C nor an opposite turn of its parent explains.
+    """Return the turns of a helper that neither C nor its parent explains, in radians, (frames,).
 
     `roll`, `driver` and `over` are the twist increments of the helper, of C and of the parent.
     """

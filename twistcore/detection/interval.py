@@ -20,38 +20,38 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) in which the parent P of a chain or limb has an error.
+    """Frames [start, stop) in which a chain or limb has an error.
 
     Parameters
     ----------
     chain : str
-        Name of the chain or limb.
+        The name of the chain or limb.
     start, stop : int
         The first frame, counted from 0, and the frame after the last one.
     offset : ndarray, shape (stop − start,)
-        The angle in each frame to remove from the twist of P, or from the turn of P about the line
-        through the ends of the limb, radians.
+        The wrong angle in each frame, radians: of the twist of the parent joint or, for a limb
+        flip, of the limb's turn about the line between its ends. 0 for kinds without an offset.
     confidence : float, optional
-        The probability that the interval is right, 0…1; None if the detector does not compute it.
+        The probability that the correction is right, 0…1; None if the detector does not compute it.
     open : bool
         True if the frames outside the interval may be the wrong ones, or if only one joint is
         wrong. Such an interval is not corrected automatically.
     residual : float
-        The offset that remains after the closing edge, radians. For errors without an offset, this
-        is the turn of the joint, or σ of a noise burst.
+        The offset that remains after the last edge, radians. For kinds without an offset, the turn
+        of the joint, or σ of a noise burst.
     explain : callable, optional
         Function that returns the evidence. It is called only when the evidence is needed.
     kind : Kind
         The kind of error.
     carried : bool
-        True if the joints below turned with the error: for a limb flip in which the end joint E
-        turned with P, for every carried roll, and for some errors of a single joint.
+        True if the joints below turned with the error: for a limb flip in which the end joint
+        turned with the limb, for every carried roll, and for some errors of a single joint.
     joint : str
-        The name of the joint if a single joint is wrong, of the noisiest joint of a noise burst,
-        or of the first joint of a frozen limb.
+        The name of the wrong joint if only one joint is wrong, of the noisiest joint of a noise
+        burst, or of the first joint of a frozen limb.
     followed : float
-        The fraction of the offset that the child C turned back. This is 1 unless C clearly turned
-        back only a part.
+        The fraction of the offset that the child turned back. This is 1 unless the child clearly
+        turned back only a part.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """The evidence, keyed by name, as values for JSON with angles in degrees, or None."""
+        """The evidence, keyed by name, or None. It can be written as JSON; angles in degrees."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -99,9 +99,9 @@ class Interval:
     def as_written(self) -> Interval:
         """The interval with its offset rounded as in files: nine decimals of a degree, no −0.0.
 
-        The result is cached on the interval, because while a person drags τ, mostly the same
-        objects are returned. A separate cache would keep intervals alive after their clip is
-        closed, since `explain` refers to the clip.
+        The result is cached in the interval, because a detector returns mostly the same intervals
+        while a person drags τ. A separate cache would keep intervals in memory after their clip is
+        closed, and with them the clip, to which `explain` refers.
         """
         offset = self.offset
         one = (
@@ -112,11 +112,11 @@ class Interval:
 
     @cached_property
     def for_review(self) -> Interval:
-        """The interval as a review stores it, with the offset to remove if a person accepts it.
+        """The interval as a review stores it, with the offset that accepting it removes.
 
-        For kinds that only a person can correct, a detection has the offset 0, so that it is not
-        corrected automatically. In a review, its offset is `correction_deg` of the evidence, or
-        `residual` if the evidence has no such value.
+        For kinds that only a person can correct, a detected interval has the offset 0, so that it
+        is not corrected automatically. In a review, its offset is the value `correction_deg` of the
+        evidence, or `residual` if there is no such value.
         """
         if not self.kind.info.repairer:
             return self.as_written
@@ -144,7 +144,7 @@ class Interval:
 
     @property
     def largest(self) -> float:
-        """The offset with the largest absolute value, in radians, or 0 if there are no frames."""
+        """The offset with the largest magnitude, in radians, or 0 if there are no frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
@@ -159,17 +159,21 @@ class Interval:
 
     @property
     def shown(self) -> float:
-        """The angle to show to people: `size`, or the largest offset if that describes it better.
+        """The angle to show to people, in radians: `size`, or `largest` if `size` is misleading.
 
-        The median of a ramp or a drift depends on the position of the ends, and an offset in both
-        directions may have a median near 0.
+        The median of a gradually changing offset depends on where the interval ends, and the median
+        of an offset in both directions may be near 0.
         """
         twist = self.kind == Kind.COUNTER_TWIST
         both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` as text, such as '+90.0°', '±8.0°' for noise, or '–' for frozen frames."""
+        """Return `shown` with a number of digits after the decimal point, such as '+90.0°'.
+
+        The text is '±8.0°' for a kind without a direction, such as noise, and '–' for frozen
+        frames.
+        """
         if not (sign := self.kind.info.sign):
             return "–"
         degrees = f"{math.degrees(self.shown):+.{digits}f}°"
@@ -210,7 +214,7 @@ class Interval:
         return same and (self.joint == other.joint or not self.kind.info.repairer)
 
     def with_offset(self, start: int, offset: Array) -> Interval:
-        """Return the interval with another start and offset. `stop` follows from the offset."""
+        """Return the interval with another start and offset; `stop` is set to fit the offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
     def within(self, low: int, high: int) -> Interval:

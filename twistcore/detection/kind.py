@@ -1,4 +1,4 @@
-"""The kinds of error, each declared in its own file in `kinds/` without loading numpy."""
+"""The kinds of error. Each is declared in a file of `kinds/`, which loads without numpy."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _FOLDER = "twistcore.detection.kinds"
 
 @dataclass(frozen=True)
 class KindInfo:
-    """How a kind of error is shown, and whether it may be corrected.
+    """The description of a kind of error: how it is found, shown and corrected.
 
     Parameters
     ----------
     name : str
         The word for the kind in files, in tables and for ``--kinds``.
     label : str
-        The plural, as the name of a filter: "Lone jumps".
+        The plural for filters, such as "Lone jumps".
     place : int
         The position of the kind in lists, which are sorted from common to rare kinds.
     repair : str
@@ -36,47 +36,58 @@ class KindInfo:
     doubt : str
         The reason for the limit `sure`, as a clause.
     of_capture : bool
-        True for a fault of the capture, which is not a twist error. Gates count it only on request.
+        True for a fault of the capture, which is not a twist error. Rules that make a batch fail
+        count such faults only on request.
     sign : str
-        How an angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
+        How an angle is written: "+" with its sign, "±" without a direction, "" for a kind without
+        an angle.
     size : str
-        The field of `detect --json` that holds the size of an error.
+        The field in the output of `detect --json` that contains the size of an error.
     weight : float or None
         The weight of the kind in the severity; None for the weight of the segment.
     lasting : bool
         True if all frames of an interval contribute to the severity, even though the interval
         cannot be corrected.
     repairer : str
-        The correction of a single joint that only a person can accept, as 'package.module:NAME' of
-        a `twistcore.analysis.correction.joint_repairs.JointRepair`, loaded on first use. "" for all
-        other kinds.
+        The correction of a single joint that only a person can accept: the name of a
+        `twistcore.analysis.correction.joint_repairs.JointRepair` as 'package.module:NAME', loaded
+        on first use. "" for all other kinds.
     turns : bool
         True if `repairer` turns the joint by the interval's offset, so that a person can change it.
     below : bool
         True if a person can choose whether the joints below turned with the error.
     find : str
-        The function that finds errors of the kind, as 'package.module:function'. It takes a
-        `twistcore.detection.finding.KindSearch`, returns intervals keyed by chain name, and is
-        loaded when the kind is first searched for. "" for a kind that the detectors find.
+        The function that finds errors of the kind, as 'package.module:function', loaded on first
+        use. It takes a `twistcore.detection.finding.KindSearch` and returns intervals keyed by
+        chain name. "" for a kind that the detectors find.
     corrected : bool
         True if errors of the kind are searched for after all automatic corrections.
     quantity : str
-        The function that computes the curve that shows why an interval is listed, as
+        The function that returns the curve that shows why an interval is listed, as
         'package.module:function'. It takes a `KindSearch` and an interval, and returns a
-        `twistcore.detection.quantity.Quantity`, or None if there is no curve for this interval.
-        "" for a kind that the angles of the chain or limb show.
+        `twistcore.detection.quantity.Quantity`, or None if the interval has no curve. "" for a kind
+        whose errors are visible in the angles of the chain or limb.
     colour : str
         The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
-        The singular for counts; the name if not given.
-    here, named, legend, tip, why, offer : str
-        Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
-        for the list, a sentence about the error, and a sentence about the effect of accepting it.
-        {frames}, {span}, {size}, {joint} and {angle} are replaced in them, except that `why` and
-        `offer` may contain only {joint} and {size}.
+        The singular for counts; `name` if not given.
+    here : str
+        The text about an interval while one of its frames is shown. Placeholders in this and the
+        following texts are {frames}, {span}, {size}, {joint} and {angle}.
+    named : str
+        The text about an interval near the frame that is shown.
+    legend : str
+        The text for the 3D view.
+    tip : str
+        The tooltip in the list of intervals.
+    why : str
+        A sentence about the error, which may contain only {joint} and {size}.
     happens : str
         A clause for the name of a group of errors, such as "{part} jumps". If not given, the part
-        and the name of the kind are used.
+        of the body and the name of the kind are used.
+    offer : str
+        A sentence about the effect of accepting the interval, which may contain only {joint} and
+        {size}.
     """
 
     name: str
@@ -116,10 +127,7 @@ def plural_name(word: str) -> str:
 
 
 class _Kinds(type):
-    """The metaclass of kinds.
-
-    It allows `Kind.LONE_JUMP` for a kind and `for kind in Kind` for all kinds.
-    """
+    """The metaclass of Kind, which makes `Kind.LONE_JUMP` and `for kind in Kind` possible."""
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -129,19 +137,19 @@ class _Kinds(type):
 
     def __getattr__(cls, name: str) -> Any:
         if name.isupper() and name in _known():
-            setattr(cls, name, kind := _known()[name])  # an attribute, because it is read often
+            setattr(cls, name, kind := _known()[name])  # found directly the next time
             return kind
         raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
 
 
 class Kind(str, metaclass=_Kinds):
-    """The kind of error in an interval. As a string, it is the word in files, tables and `--kinds`.
+    """A kind of error, as a string: its name in files, in tables and for `--kinds`.
 
     Parameters
     ----------
     value : str
-        The word, in upper or lower case, with ``-``, ``_`` or spaces between its parts. An unknown
-        word, as in a session of a later version, creates a kind that is reported but never
+        The name, in upper or lower case, with ``-``, ``_`` or spaces between its parts. An unknown
+        name, as in a session of a later version, creates a kind that is reported but never
         corrected.
 
     Examples
@@ -170,11 +178,11 @@ class Kind(str, metaclass=_Kinds):
     NOISE_BURST: ClassVar[Kind]
     FROZEN: ClassVar[Kind]
 
-    name: str  # 'COUNTER_TWIST'; '' for a kind that this version does not know
+    name: str  # such as 'COUNTER_TWIST'; '' for a kind that this version does not know
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind with the given name; the same name always returns the same object."""
+        """Return the kind with the given name. All calls with a name return the same object."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -189,7 +197,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def value(self) -> str:
-        """The word for the kind in files and tables."""
+        """The name of the kind in files and tables."""
         return str.__str__(self)
 
     @property
@@ -199,7 +207,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True for a twist error that can be corrected. Summaries count only these kinds."""
+        """True for a kind of twist error that can be corrected. Summaries count only such kinds."""
         return bool(self.info.repair)
 
     @property
@@ -221,7 +229,7 @@ class Kind(str, metaclass=_Kinds):
     def of_capture(self) -> bool:
         """True for a fault of the capture, which is not a twist error.
 
-        Gates count it only on request.
+        Rules that make a batch fail count such faults only on request.
         """
         return self.info.of_capture
 
@@ -234,7 +242,7 @@ def _made(name: str, info: KindInfo) -> Kind:
 
 @cache
 def _known() -> Mapping[str, Kind]:
-    """Return all kinds, keyed by their file names in capitals, in the order of `place`."""
+    """Return all kinds, keyed by their file names in upper case, in the order of `place`."""
     from importlib import import_module
     from pkgutil import iter_modules
 
@@ -249,9 +257,9 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return the kinds of installed packages, keyed by the names of their entry points in capitals.
+    """Return the kinds from installed packages, keyed by entry point name in upper case.
 
-    `taken` contains the names in use. A kind that cannot be loaded, or that has a name in use, is
+    `taken` contains the names in use. A kind that cannot be loaded, or whose name is in use, is
     left out with a warning.
     """
     if not _announced():
@@ -279,7 +287,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """Return True if an installed package provides a kind (ten times as fast as `entry_points`)."""
+    """Return True if an installed package provides a kind, ten times faster than `entry_points`."""
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

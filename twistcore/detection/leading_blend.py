@@ -1,11 +1,11 @@
 """Find a blend from a first pose, during which all joints follow the same course [Method].
 
-A release often begins in a T-pose that is blended into the capture: each joint moves from its first
-rotation towards the capture, and at time t it has covered the fraction s(t) of the way. The
-fraction is the same for all joints. This is true for linear and for eased blends, and whether
-rotations or channels are interpolated. At the beginning and the end of the blend, the acceleration
-of each joint therefore points along its own path and is proportional to s″(t). Natural motion has
-no such common course, so no s explains more than a small part of its accelerations.
+A published clip often begins in a T-pose that is blended into the capture. Each joint moves from
+its first rotation towards the capture, and at time t it has covered the fraction s(t) of the way.
+The fraction is the same for all joints, in linear and in eased blends, and whether rotations or
+channels are interpolated. At the beginning and the end of the blend, the acceleration of each joint
+therefore points along its own path and is proportional to s″(t). Natural motion has no such common
+course, so no s explains more than a small part of its accelerations.
 """
 
 from __future__ import annotations
@@ -15,24 +15,27 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
 
-SECONDS, FRAMES = 0.27, 8  # the longest blend: 32 frames at 120 Hz, 8 frames at 30 Hz
-# Lengths that are tried. A blend of another length is found with the nearest of these.
+SECONDS, FRAMES = 0.27, 8  # length of the longest blend, in seconds and at least in frames
+# Lengths in frames that are tried. A blend of another length is found with the nearest of these.
 LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
 TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less are ignored
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter path has no direction
-# Minimum share of all joints that must turn: if nearly all are still, an error is not a blend.
+# Minimum share of all joints that must turn. If nearly all are still, an error is not a blend.
 LIVELY = 1.0 / 3.0
-AT_REST, RESTING = 1e-9, 0.4  # largest turn at rest, in radians; share of the joints that turn
-# The share of a joint's acceleration that the course may leave unexplained, and the share of joints
-# that must follow the course: for a blend from a rest pose, in which hardly any capture begins, and
-# from other poses.
+# A rotation is zero below AT_REST. The clip begins in a rest pose if this share of the turning
+# joints begins with zero rotation.
+AT_REST, RESTING = 1e-9, 0.4
+# The largest share of a joint's acceleration that the course may leave unexplained (the median over
+# the joints), and the smallest share of joints that must follow the course. A blend from a rest
+# pose, in which hardly any capture begins, needs less evidence than a blend from any other pose.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
-EXPLAINED = 0.5  # share of a joint's acceleration that is explained if it follows the course
+EXPLAINED = 0.5  # a joint with a smaller unexplained share follows the course
 UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
-# Values of s. If there are not more frames between the two than before them, an error ends there.
+# In a blend, s takes at least twice as long from BEGUN to NEARLY as from 0 to BEGUN. A later,
+# faster rise is the end of an error.
 BEGUN, NEARLY = 0.1, 0.9
 KEEPING = 0.4  # minimum share of the joints that follow the course in a frame of the blend
-LONGER_LAG = 8  # frames of blend for each additional frame of lag in second differences
+LONGER_LAG = 8  # the lag of second differences grows by one frame for so many frames of the blend
 BEHIND = 6  # minimum number of captured frames after the blend
 
 
@@ -48,7 +51,10 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """Return the number of frames at the end that repeat a rest pose or are a blend into it."""
+    """Return the number of frames at the end that repeat a rest pose or blend into it.
+
+    `rotations` has the shape (frames, joints, 4).
+    """
     held = held_frames(rotations[::-1])
     blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
@@ -57,8 +63,8 @@ def rest_frames(rotations: Array, fps: float) -> int:
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     """Return the first frame after a blend from frame 0, or 0 if there is no blend.
 
-    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, only blends from a rest
-    pose are searched for, in which the rotations of most joints are zero.
+    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, only a blend from a rest
+    pose is searched for, a pose in which many joints have zero rotation.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -86,10 +92,11 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 
 
 def _left(way: Array, length: int) -> Array | None:
-    """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
+    """Return the share of each joint's acceleration that a blend does not explain, weighted by s″².
 
-    The result has one number for each joint that moves far. It is None if most joints do not move
-    far, or if s does not look like a blend.
+    `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
+    the length of the blend in frames. Joints that move little are left out. The result is None if
+    most joints move little, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -101,16 +108,17 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """Return True if s, (frames,), begins immediately and rises from 0 to 1 over several frames."""
+    """Return True if s, (frames,), begins to rise at once and takes several frames to reach 1."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return the paths of joints that move far, their directions to frame `length`, and s(t).
+    """Return the paths of the joints that move far, the directions of these paths, and s(t).
 
-    `way` contains the chords from the first rotation, shape (joints, frames, 4). The returned paths
-    are in units of the chord to frame `length`.
+    `way` contains the chords from the first rotation, shape (joints, frames, 4). The paths are
+    chords divided by the length of the chord to frame `length`, whose direction is also returned,
+    shape (joints, 4). s is the median of the joints' progress, shape (frames,).
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))
@@ -122,9 +130,10 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return squared accelerations, the part of them that s″ does not explain, and s″.
+    """Return the squared accelerations, their squared parts that s″ does not explain, and s″.
 
-    All begin with frame 1. The first two arrays have the shape (joints, frames).
+    The first two results have the shape (joints, n), and s″ the shape (n,). The arguments are the
+    results of :func:`_course` and the lag of the second differences. Frame 0 is not used.
     """
     bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
@@ -133,12 +142,15 @@ def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array,
 
 
 def _second(values: Array, lag: int) -> Array:
-    """Return the second differences along axis 1, from values `lag` frames before and after."""
+    """Return second differences along axis 1, from the values `lag` frames before and after."""
     return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
 
 
 def _end(way: Array, length: int) -> int:
-    """Return the last frame in which the course explains the accelerations of most joints."""
+    """Return the last frame of a blend: the last in which enough joints follow the course.
+
+    `length` is the approximate length of the blend in frames.
+    """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
     given, left, _ = _accelerations(shares, to, s, lag)

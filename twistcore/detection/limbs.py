@@ -1,8 +1,9 @@
-"""Lines of chains that share joints, and the effect of an error on its neighbours [Method, step 4].
+"""Lines of chains that share joints, and how an error affects the next chains [Method, step 4].
 
-An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it appears as an
-*image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the
-error, so an increment φ can be undone exactly in its frame:
+The twist increments of a chain are x for its parent and y for its child. An error of chain k turns
+the parent of chain k+1 and the child of chain k−1, so it has an *image* in x of chain k+1 and in y
+of chain k−1. The image depends on the pose but not on the level of the error, so the image of an
+increment φ can be removed exactly in its frame:
 
     x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
     y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
@@ -28,9 +29,9 @@ from twistcore.skeleton.rotation import (
 
 
 class Image:
-    """The twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ.
+    """The twist angle of the quaternion cos(φ/2)·plain + sin(φ/2)·turned as a function of φ.
 
-    The result is 0 for elements that have not been set.
+    The angle is 0 for elements that have not been set.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
@@ -38,7 +39,7 @@ class Image:
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Set `plain` and `turned`, quaternions (n, 4), and the axes, (n, 3), at flat indices."""
+        """Set `plain` and `turned`, (n, 4), and the axes, (n, 3), of elements at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
@@ -55,9 +56,9 @@ class Image:
 
 
 class Limbs:
-    """Lines of n chains, in which joint k is the parent and joint k+1 the child of chain k.
+    """Limbs of n chains each, in which joint k is the parent and joint k+1 the child of chain k.
 
-    Limbs of equal length, such as both arms, are solved together.
+    Limbs with the same number of chains, such as both arms, are analysed together.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ class Limbs:
     step
         The rounding step of the angles in the file, radians; 0 if it is negligible.
     keys
-        The linear keys, between which the pace of natural motion is constant, or None.
+        The linear keys of the clip, between which the pace of natural motion is constant, or None.
     """
 
     def __init__(
@@ -82,7 +83,7 @@ class Limbs:
         return len(self.axes)
 
     def increments(self) -> Array:
-        """Return x and y of all chains, (2, n·limbs, frames).
+        """Return the twist increments x and y of all chains, in radians, (2, n·limbs, frames).
 
         Chain k of limb i is in row k·limbs + i.
         """
@@ -94,10 +95,10 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return the limbs with some children turned about the axis of their chain.
+        """Return the limbs with the children of some chains turned about the axes of their chains.
 
-        The axis is fixed in the frame of P. Each item of `turns` is (row of the chain, first frame,
-        angles in radians).
+        Each item of `turns` is (row of the chain, first frame, angles in radians). The axis of a
+        chain is fixed in the frame of the parent.
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -118,13 +119,21 @@ class Limbs:
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """Return the effects of errors in runs of `length` chains on the neighbouring chains.
+        """Return the images of errors in runs of `length` successive chains.
 
-        Row s of the first image is the effect of the error of chain first + s on x of the next
-        chain. Row s of the second image is the effect of the same error on y of the previous chain.
-        Beyond the ends of a line, the images are 0. `first` is the first chain of each run, shape
-        (runs,). `t` contains indices into (limbs · frames), shape (runs,), except for the first
-        frame of each limb.
+        Row s of the first image is the effect of an error of chain first + s on x of the next
+        chain, and row s of the second image its effect on y of the previous chain. If there is no
+        such chain, the image is 0.
+
+        Parameters
+        ----------
+        first
+            The index of the first chain of each run, shape (runs,).
+        length
+            The number of chains in each run.
+        t
+            The frame of each run as a flat index into (limbs, frames), shape (runs,). The first
+            frame of a limb is not allowed.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
@@ -138,10 +147,10 @@ class Limbs:
         return down, up
 
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
-        """Return q(t−1)⁻¹ and q(t) of a shared joint, and the axes of both chains.
+        """Return q(t−1)⁻¹ and q(t) of the joint that two chains share, and the axes of both.
 
-        `side` is 1 if the joint is shared with the next chain, −1 if it is shared with the previous
-        one. The axis of `chain` is returned as a quaternion, and the other axis as a vector.
+        `side` is 1 if `chain` shares the joint with the next chain, and −1 if it shares it with the
+        previous one. The axis of `chain` is returned as a quaternion, the other axis as a vector.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

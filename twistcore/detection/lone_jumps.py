@@ -1,7 +1,8 @@
-"""Joints that turn about their own axis faster than any body can, with no other explanation.
+"""Find lone jumps, in which a joint turns about its own axis faster than any body can.
 
-No segment of a body turns about itself faster than about 7,500°/s (a pitcher's shoulder reaches
-7,000). Any faster turn is an error and is reported, whether or not it can be corrected.
+No segment of a body turns about itself faster than about 7,500°/s; a pitcher's shoulder reaches
+7,000°/s. A faster turn is an error. If no other error explains the turn, it is listed as a lone
+jump, for which no correction is known.
 """
 
 from __future__ import annotations
@@ -25,15 +26,17 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # per second
 LEAST = math.radians(60.0)  # per frame; smaller turns may be noise at a high frame rate
-# frames a second below which a single frame is weak evidence
+# Below SLOW frames per second, one frame is weak evidence, and the limit per frame is LEAST_SLOW.
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # share of the limit; a joint that turns less only follows a joint above it
+# A joint whose turn relative to its parent is below this share of the limit only follows a joint
+# above it.
+_OWN_SHARE = 0.5
 
 
 def limit(fps: float) -> float:
-    """Return the largest natural turn about a joint's axis from frame to frame, in radians."""
+    """Return the largest natural turn of a joint about its axis per frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -50,16 +53,24 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the lone jumps, keyed by chain name and sorted by start.
+    """Return the lone jumps of chains, keyed by chain name and sorted by start.
 
-    `refined` is a function that returns the frames [start, stop) of the motion without the known
-    errors, so that a jump that belongs to one of them is not listed a second time. A joint must
-    jump both in world space and relative to its parent: a child that only follows its parent does
-    not jump, and neither does a child that keeps its orientation while its parent turns. Jumps at a
-    cut are left out.
+    In a lone jump, the joint turns too fast both in world space and relative to its parent. A child
+    that only follows its parent does not jump, and neither does a child that keeps its orientation
+    while its parent turns. Jumps at a cut are left out.
 
-    `residual` is the turn in the fastest frame of the jump. The offset is 0, because no correction
-    is known.
+    The `residual` of an interval is the turn in the fastest frame of the jump, in radians. The
+    offset is 0, because no correction is known.
+
+    Parameters
+    ----------
+    motion
+        The clip.
+    chains
+        The chains to search.
+    refined
+        A function that returns the frames [start, stop) of the motion without known errors, so that
+        their jumps are not listed a second time. By default, the motion itself is searched.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -98,10 +109,11 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the impossibly fast turns of joints, in radians, (frames,), keyed by joint.
+    """Return the impossibly fast turns of joints about their axes, keyed by joint.
 
-    The value is 0 in all other frames. `among` is the mask of the frames to examine, shape
-    (frames,). The clip is processed in blocks, so that no copy of all its rotations is needed.
+    The turns are in radians, shape (frames,), and 0 in all other frames. `among` is the mask of the
+    frames to examine, shape (frames,), and `refined` has the same meaning as in :func:`lone_jumps`.
+    The clip is processed in blocks, because `refined` copies the rotations.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -109,7 +121,7 @@ def _turns_too_fast(
         first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
         block = refined(first, stop)
         counted = among[first:stop].copy()
-        counted[0] = False  # the step into this frame belongs to the previous block
+        counted[0] = False  # the previous block contains the step into this frame
         for joint, axis in axes.items():
             if axis is None:
                 continue
@@ -132,10 +144,10 @@ def _in_clip_frames(jump: Interval, held: DistinctFrames) -> Interval:
 
 
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
-    """Return the unit direction from a joint to its farthest child or End Site, (3,), or None.
+    """Return the direction of a joint's own bone as a unit vector, (3,), or None.
 
-    If all children are at the joint's position, as in the hands of some rigs, the axis of the first
-    child that has one is returned.
+    The bone points to the farthest child or End Site. If all children are at the joint's position,
+    as in the hands of some rigs, the axis of the first child with an axis is returned.
     """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
     if joint in skeleton.end_offsets:
@@ -149,9 +161,9 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain of each joint, keyed by joint.
+    """Return the chain to which each joint belongs, keyed by joint.
 
-    If a joint is the parent of one chain and the child of another, the former is returned.
+    A joint that is the parent of one chain and the child of another belongs to the former.
     """
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
@@ -160,24 +172,25 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint turns about its axis faster than any body can.
 
-    `in_room` and `own` are the turns from :func:`turns_about` in world space and relative to the
-    parent, both (frames,).
+    `in_room` and `own` are the turns of the joint in world space and relative to its parent, from
+    :func:`turns_about`, both (frames,).
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask, (frames,), of the frames in which the turn relative to the parent is large.
+    """Return a mask, (frames,), of the frames in which a joint may turn too fast.
 
-    Only in these frames can a turn in world space be an impossibly fast turn of the joint itself.
+    In these frames, its turns `own` relative to the parent are large. In all other frames, a fast
+    turn in world space is a turn of a joint above.
     """
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
 def turns_in_room(motion: Motion, joint: int) -> Array:
-    """Return the turn of a joint about its own axis since the previous frame, in world space.
+    """Return the turns of a joint about its own axis in world space, in radians, (frames,).
 
-    The turns are in radians, (frames,), and 0 for a joint without an axis.
+    Each turn is measured from the previous frame. For a joint without an axis, all are 0.
     """
     turns, axis = np.zeros(motion.frames), own_axis(motion.skeleton, joint)
     if axis is not None:
@@ -198,7 +211,7 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about an axis since the previous frame, without swing, in radians.
+    """Return the twist about an axis from the previous frame to each frame, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
     the shape (frames, …).
@@ -209,7 +222,7 @@ def turns_about(rotations: Array, axis: Array) -> Array:
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
-    """Return the evidence for a jump, keyed by name, in degrees and seconds."""
+    """Return the evidence for a jump, keyed by name, in degrees and degrees per second."""
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),

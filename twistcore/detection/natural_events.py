@@ -1,18 +1,19 @@
-"""Events in clips without injected errors. The scores of detectors exclude them.
+"""Find events in clips without injected errors, which must not be counted in a detector's score.
 
-In a clip without injected errors, an event is
+Such an event is
 
-* an *interval* that a detector finds at its automatic τ, even an *open* one: P and C twist in
-  opposite directions;
-* a *flip*: in one frame, P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
-  scales more than the consistency detector expects from the neighbouring frames. No limb can do
-  this, but the solver of a capture can, or Euler angles at a gimbal lock. The other joint does not
-  compensate for the turn, so it is not a twist error in the sense of [Choi26], and never an
-  interval;
-* a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
+* an *interval* that a detector finds at its automatic τ, even an *open* one: a parent P and its
+  child C twist in opposite directions;
+* a *flip*: in one frame, P or C alone turns about the bone by far more than the consistency
+  detector expects from the neighbouring frames (FLIP_DEGREES and FLIP_SIGMA local scales). No limb
+  can do this, but the solver of a capture can, or Euler angles at a gimbal lock. The other joint
+  does not compensate for the turn, so a flip is not a twist error in the sense of [Choi26] and is
+  never an interval;
+* a *limb flip* that is found at the automatic τ: the first joint P of a limb turns about the line
+  to the limb's end E.
 
-A chain or limb is *audited* in a clip if it has no event there. A flip of a limb is also an event
-of the chains that share P or E with it, and vice versa, since the same joints are affected.
+A chain or limb is *audited* in a clip if it has no event there. A limb flip is also an event of the
+chains that share P or E with the limb, and vice versa, since the same joints are affected.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 
 FLIP = "flip"
-# In 40 CMU clips, the arms' fastest swings reach 38° (05_02, 661), and flips have 60-180°.
+# In 40 CMU clips, the fastest swings of arms reach 38° (clip 05_02, frame 661); flips have 60-180°.
 FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 
 
@@ -44,9 +45,9 @@ class NaturalEvent:
     kind
         'interval', 'open', 'flip' or 'limb flip'.
     degrees
-        The angle of the flip about the bone, or the interval's offset.
+        The unexpected turn in a flip, or the median offset of an interval or limb flip.
     joint
-        The joint that flips, P or C; always P for an interval or a limb flip.
+        The index of the joint that flips; for an interval or a limb flip, the parent joint.
     """
 
     chain: str
@@ -62,7 +63,10 @@ class NaturalEvent:
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """Return all events of a clip without injected errors, sorted by chain."""
+    """Return the intervals and flips in a clip without injected errors as events, sorted by chain.
+
+    Flips are found only with the analysis of the consistency detector.
+    """
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -80,7 +84,7 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
 
 
 def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
-    """Return the limb flips among the intervals of a clip without injected errors."""
+    """Return the limb flips among the intervals of a clip without injected errors as events."""
     parent = {limb.name: limb.parent for limb in limbs}
     return [
         NaturalEvent(i.chain, i.kind.value, i.start, i.stop, _degrees(i.delta), parent[i.chain])
@@ -95,7 +99,7 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that have events, and so are not audited."""
+    """Return the names of the chains and limbs that are not audited because of an event."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -109,7 +113,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then the flips of C, as defined at the top of this module."""
+    """Yield the flips of a chain's parent, then of its child (see the module docstring)."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is not a flip

@@ -1,9 +1,9 @@
-"""Bursts of noise, in which a joint jitters more than any body can.
+"""Find bursts of noise, in which a joint jitters more than any body can.
 
-If each frame has white noise of σ, the turns from frame to frame have a variance of 2σ², and the
-changes of these turns have a variance of 6σ², three times as much. Natural motion is smooth, so its
-turns change little. Therefore, frames in which the changes are larger than the turns themselves
-contain noise, and its σ follows from the changes.
+If a joint has white noise with the standard deviation σ, its turns from frame to frame have the
+variance 2σ², and the changes of these turns have the variance 6σ², three times as much. Natural
+motion is smooth, so its turns change little. Frames in which the changes are larger than the turns
+themselves therefore contain noise, and the size of the changes shows σ.
 """
 
 from __future__ import annotations
@@ -23,22 +23,25 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.6, 21  # seconds, and a minimum number of frames
+_WINDOW, _FEWEST = 0.6, 21  # length of the window in seconds and at least in frames
 _ROUGH = 2.5  # variance of changes over variance of turns: 3 for white noise, below 1 for motion
-_LEAST = 4.5  # degrees of σ; weaker noise may be fast motion
-_BEYOND = 2.0  # ratio to the joint's σ in the whole clip
-_MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
-_SWINGS = 0.8  # share of the frames in which a change is reversed; 5/6 for white noise
+_LEAST = 4.5  # degrees; noise with a smaller σ may be fast motion
+_BEYOND = 2.0  # minimum ratio to the usual σ of the joint in the clip
+_MIDDLE = 6.0 * 2.366  # the median of |change|² of white noise about three axes, in units of σ²
+_SWINGS = 0.8  # minimum share of frames in which a change is reversed; 5/6 for white noise
 # If another joint compensates for the noise, at most this share of the squared changes remains.
 _TAKEN_BACK = 0.25
 _GAP = 5  # maximum number of successive frames in a burst that are smooth by chance
-_MOST = 5  # spans, and joints of a span, listed by name
-_EDGE = 1.2  # σ: minimum distance of the outermost frames from the mean of their neighbours
+_MOST = 5  # maximum number of spans in the notes, and of joints in a note
+_EDGE = 1.2  # minimum distance of a burst's frames from the mean of their neighbours, in σ
 
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """A burst of noise in frames [start, stop) of a joint, with σ about each axis in degrees."""
+    """A burst of noise in frames [start, stop) of a joint.
+
+    `degrees` is the σ of the noise about each axis.
+    """
 
     joint: int
     start: int
@@ -57,7 +60,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest σ of the noise in joints and their ancestors, in degrees, (frames,).
+    """Return the largest noise σ of any of the joints and their ancestors, in degrees, (frames,).
 
     The result is 0 in frames without a burst.
     """
@@ -68,9 +71,9 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of the noise of each joint, in degrees, (frames,).
+    """Return the noise σ of each joint, in degrees, (frames,).
 
-    Held frames repeat the last value.
+    A held frame has the value of the frame that it repeats.
     """
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
@@ -79,10 +82,9 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise in degrees, (frames,), or 0 if a neighbour compensates for it.
+    """Return the noise σ of a joint in degrees, (frames,), cached with the motion.
 
-    The array is read-only, because it is cached with the motion. The array of a joint without noise
-    takes no memory.
+    Callers must not change the array. The array of a joint without noise takes no memory.
     """
     known = _by_joint(motion)
     if joint not in known:
@@ -93,12 +95,16 @@ def _of_joint(motion: Motion, joint: int) -> Array:
 
 @cache_per_object
 def _by_joint(motion: Motion) -> dict[int, Array]:
-    """Return the cached results of :func:`_of_joint` for a motion, keyed by joint."""
+    """Return the cache of :func:`_of_joint` for a motion, keyed by joint."""
     del motion
     return {}
 
 
 def _noise_of(motion: Motion, joint: int) -> Array:
+    """Return the noise σ of a joint in degrees, (frames,).
+
+    A burst for which the parent or a child of the joint compensates is left out.
+    """
     own = motion.rotations[:, joint]
     turns = turns_of(own)
     sigma = noise_level(turns, motion.fps)
@@ -116,7 +122,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Return the squared change of the turn vectors from frame to frame, (frames,)."""
+    """Return the squared changes of rotation vectors per frame, (frames, 3) → (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -130,12 +136,12 @@ def burst_sentences(
     Parameters
     ----------
     count
-        The number of noise bursts in chains, including bursts that are not listed.
+        The number of noise bursts in chains. They share a note.
     outside
-        The bursts in joints that belong to no chain, sorted by start. The notes contain their
-        frames, and overlapping bursts share a note.
+        The bursts in joints that belong to no chain, sorted by start. Each group of overlapping
+        bursts has a note with its frames, up to a maximum number of notes.
     names
-        The joints' names.
+        The names of the joints.
     """
     spans = overlapping(outside)
     said = [_sentence(span, names) for span in spans[:_MOST]]
@@ -166,15 +172,18 @@ def _sentence(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return the rotation since the previous frame as a rotation vector, degrees, (frames, 3)."""
+    """Return the rotation from the previous frame to each frame as a rotation vector.
+
+    `q` has the shape (frames, 4), and the result, in degrees, the shape (frames, 3).
+    """
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return σ of the noise within bursts, in degrees, (frames,), and 0 in all other frames.
+    """Return the σ of the noise in bursts, in degrees, (frames,), and 0 in all other frames.
 
-    `turns` are the rotation vectors since the previous frame, in degrees, shape (frames, 3).
+    `turns` is the result of :func:`turns_of`.
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))
@@ -207,18 +216,15 @@ def noise_level(turns: Array, fps: float) -> Array:
 
 
 def _least_noise(sigma: Array) -> float:
-    """Return the σ, in degrees, above which a frame counts as part of a burst.
-
-    `sigma` contains σ for every frame, (frames,).
-    """
+    """Return the minimum σ of a burst, given the σ of a joint in each frame, in degrees."""
     usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
     return max(_LEAST, _BEYOND * usual)
 
 
 def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
-    """Return σ of a joint's noise near every frame, (frames,), and the smallest σ of a burst.
+    """Return the noise σ of a joint near each frame, (frames,), and the smallest σ of a burst.
 
-    Both are in degrees. `motion` is the motion without held frames.
+    Both are in degrees. `motion` must not contain held frames.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     changes = running_medians(_changes(turns_of(motion.rotations[:, joint])), width)
@@ -227,7 +233,7 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
 
 def _may_be_mostly_true(mask: Mask, width: int) -> bool:
-    """Return True if a window of the given width may contain mostly True values of the mask."""
+    """Return False only if no window of `width` values can contain mostly True values of a mask."""
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
 

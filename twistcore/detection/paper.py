@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3 in `detectors/paper.py`."""
+"""The computations of the detector of [Choi26] §3.3, which `detectors/paper.py` declares."""
 
 from __future__ import annotations
 
@@ -12,12 +12,15 @@ from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.skeleton.signals import TwistSignals
 
-DEFAULT_TAU = float(np.radians(5.0))  # not in the paper; reproduces its success rates
+DEFAULT_TAU = float(np.radians(5.0))  # the paper gives no τ; this one reproduces its success rates
 
 
 @dataclass(frozen=True, eq=False)
 class PaperAnalysis:
-    """The signals of every chain, from which intervals are computed for any τ."""
+    """The analysis of a motion by the paper's detector, before a threshold is chosen.
+
+    `signals` contains the signals of each chain, keyed by chain name.
+    """
 
     signals: Mapping[str, TwistSignals]
 
@@ -42,27 +45,28 @@ class PaperAnalysis:
 def running_offset(signals: TwistSignals, tau: float) -> Array:
     """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    The offset is in radians, (frames,), and is not wrapped. The offset may not return to 0, because
-    the errors of the estimate add up.
+    The offset is in radians, (frames,), and is not wrapped. It may not return to 0, because the
+    errors of the estimates add up.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 
 
 def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
-    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere, in radians [Choi26 §3.3.1].
+    """Return err(t) = sign(Δθp)·m where m ≥ τ, and 0 elsewhere [Choi26 §3.3.1].
 
-    The result has the shape of the arguments.
+    `dtheta_p` contains Δθp and `strength` contains m, in radians. The result has their shape.
     """
     found: Array = np.where(np.asarray(strength) >= tau, np.sign(dtheta_p) * strength, 0.0)
     return found
 
 
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
-    """Divide the running sum into intervals that a person can judge.
+    """Divide the running sum of a chain's errors into intervals that a person can judge.
 
-    An interval begins where the offset changes, and it ends where |wrap(offset)| < τ. The remaining
-    offset is the interval's residual and is not added to the next interval. An interval that does
-    not close extends to the last frame, and its residual is the offset there.
+    `offset` is the result of :func:`running_offset`, and τ is in radians. An interval begins where
+    the offset changes, and it ends where the wrapped offset is below τ. The remaining offset is the
+    interval's residual and is not added to the next interval. An interval that does not close
+    extends to the last frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

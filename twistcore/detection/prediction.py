@@ -1,10 +1,10 @@
 """Predict natural motion from good neighbouring frames, and estimate its scale [Method, step 2].
 
-The signals x and y are stacked as (2, chains, frames). A frame is *good* for a chain if nothing
-jumps in it. Only good frames are used for predictions, and never the frame that is predicted. Most
-frames have two good neighbours on either side. Their predictions never change and are computed
-once. The other frames, called *irregular*, are predicted in every round. They are given by flat
-indices into (chains, frames).
+The signals are the twist increments x and y of the parents and children of all chains, stacked as
+(2, chains, frames). A frame is *good* for a chain if nothing jumps in it. A frame is predicted from
+good frames near it, but not from itself. Most frames have two good neighbours on either side, so
+their predictions are computed once. All other frames, called *irregular*, are predicted again in
+every round. They are given by flat indices into (chains, frames).
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
-FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
-ROUNDED = 0.76  # σ of an increment's residual that rounding causes, in steps of the written angles
-# half of the window for σ, because the pace of motion changes within about 0.3 s
+# The smallest σ, from the rounding of BVH text. It keeps σ above 0 for joints that do not twist.
+FLOOR = float(np.radians(0.005))
+ROUNDED = 0.76  # σ of an increment's residual due to rounding, in rounding steps of the angles
+# Half of the window for σ, in seconds and at least in frames: the pace changes within about 0.3 s.
 WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12
 _DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour for which the growth of σ is measured
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
@@ -43,7 +44,8 @@ def coarse_residual(signals: Array, step: int) -> Array:
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
     # The median of a…e is the median of e, max(min(a, b), min(c, d)) and min(max(a, b), max(c, d)).
-    # With e in the middle both pairs are neighbours, so each minimum is used twice.
+    # If e is the middle sample, a and b are neighbours, and so are c and d. Each minimum and each
+    # maximum of two neighbours is therefore computed once and used twice.
     low = np.minimum(padded[..., :-step], padded[..., step:])
     high = np.maximum(padded[..., :-step], padded[..., step:])
     f = np.maximum(low[..., :n], low[..., 3 * step : 3 * step + n])
@@ -54,7 +56,7 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sums over t − half … t + half along the last axis.
+    """Return the sums over frames t − half … t + half along the last axis.
 
     At the ends, the sums include fewer frames.
     """
@@ -69,17 +71,16 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over the good frames near each frame, in radians.
+    """Return σ = 1.48·(mean √|r|)² of residuals r over the good frames near each frame, in radians.
 
-    The mean of square roots is a measure of spread on which a few jumps have little effect. The
-    factor 1.48 makes it the standard deviation of a normal distribution. If there are few good
-    frames nearby, a window four times as wide is used as well. If even that window contains too
-    few, the whole clip is used.
+    A few jumps have little effect on the mean of square roots. The factor 1.48 makes σ the standard
+    deviation of a normal distribution. If there are few good frames nearby, a window four times as
+    wide is used as well. If even that window contains too few, the whole clip is used.
 
     Parameters
     ----------
     root
-        √|r|, shape (2, chains, frames).
+        √|r|, the square roots of the absolute residuals, shape (2, chains, frames).
     good
         Mask of the good frames, shape (chains, frames).
     half
@@ -110,7 +111,7 @@ def least_scale(step: float) -> float:
 
 
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
-    """Return the increments between linear keys, as the median of each piece between two keys.
+    """Predict the increments between linear keys as the median of each piece between two keys.
 
     `signals` and the result are in radians and have the shape (2, chains, frames). `good` is the
     mask of the frames to use, shape (chains, frames). In a piece without good frames, all frames
@@ -143,11 +144,12 @@ class Irregular:
     at
         Flat indices of the frames, shape (n,).
     near
-        The signals at the two good neighbours before and the two after each frame, shape (2, 4, n).
+        The signals in the two good frames before and the two after each frame, shape (2, 4, n).
     cubic, linear
-        The weights of these neighbours, shape (4, n).
+        The weights of these frames for cubic and for linear prediction, shape (4, n).
     gap
-        The length of the gap that is bridged, 1 for a frame between two good ones, shape (n,).
+        The length of the gap between the nearest good frames, 1 if both direct neighbours are good,
+        shape (n,).
     """
 
     at: Index
@@ -157,19 +159,19 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Return the predictions Σ weights·near, (2, n).
+        """Return the predictions in radians, (2, n), as the weighted sums of `near`.
 
-        `weights` has the shape (4, n), or (2, 4, n) if the weights differ by signal.
+        `weights` has the shape (4, n), or (2, 4, n) if x and y have different weights.
         """
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
 
 
 class Predictor:
-    """The predictions of signals, (2, chains, frames), from good frames.
+    """The predictions of signals, (2, chains, frames), from neighbouring frames.
 
-    `cubic` and `linear` are the predictions of each frame from its two neighbours on either side,
-    whether these are good or not.
+    The attributes `cubic` and `linear` contain the predictions of each frame from its two
+    neighbours on either side, whether these are good or not.
     """
 
     def __init__(self, signals: Array) -> None:
@@ -183,21 +185,30 @@ class Predictor:
 
     @cached_property
     def cubic_root(self) -> Array:
-        """√|error| of the cubic predictions from direct neighbours, (2, chains, frames)."""
+        """The square roots of the absolute errors of `cubic`, shape (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
 
     @cached_property
     def linear_root(self) -> Array:
-        """√|error| of the linear predictions from direct neighbours, (2, chains, frames)."""
+        """The square roots of the absolute errors of `linear`, shape (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
         """Return the irregular frames, with the weights for their prediction.
 
-        A frame is irregular if it, or one of its neighbours, is not good, or if a neighbour has
-        changed. `signals` includes the changes. The cubic weights are the weights of the Lagrange
-        polynomial through the two good neighbours on either side. At an end, the mean of the
+        A frame is irregular if the frame itself or one of the two frames on either side is not good
+        or has changed, or if it is one of the two frames at an end. The cubic weights belong to the
+        Lagrange polynomial through the two good frames on either side. At an end, the mean of the
         nearest two good frames is used.
+
+        Parameters
+        ----------
+        good
+            Mask of the good frames, shape (chains, frames).
+        changed
+            Mask of the frames whose signals have changed, shape (chains, frames).
+        signals
+            The signals with these changes, shape (2, chains, frames).
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -212,7 +223,19 @@ class Predictor:
 
 
 def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
-    """Return the irregular frames at flat indices `at`, with their good neighbours."""
+    """Return the irregular frames at flat indices, with the good frames near them.
+
+    Parameters
+    ----------
+    flat
+        The signals, shape (2, chains · frames).
+    good
+        Mask of the good frames, shape (chains · frames,).
+    at
+        The flat indices of the irregular frames.
+    frames
+        The number of frames of the clip.
+    """
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
     # Rank of the first good frame at or after `at`.
@@ -237,7 +260,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
 
 
 def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
-    """Return the weights of samples at −b2, −b, a and a2 for the value at 0, (4, n)."""
+    """Return the Lagrange weights of samples at −b2, −b, a and a2 for the value at 0, (4, n)."""
     p, q = b * a, b2 * a2
     return np.stack(
         [
@@ -250,17 +273,16 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 
 
 class GapGrowth:
-    """The σ of predictions over gaps of 1, 3, 5 and 9 frames, relative to a gap of 1.
+    """The growth of σ with the gap over which a frame is predicted: 1, 3, 5 or 9 frames.
 
-    The growth is measured in the clip itself, as the error of the same interpolation across wider
-    gaps, in the middle frame of the gap.
+    The growth is measured in the clip itself, by predicting the middle frame of such gaps.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """Measure the errors.
+        """Measure the errors of predictions over each gap.
 
         `signals` has the shape (2, chains, frames). `cubic` has the shape (2, chains, 1) and is
-        False for linear prediction.
+        True for cubic and False for linear prediction.
         """
         self._shape, frames = signals.shape[:2], signals.shape[-1]
         self._roots = []
@@ -278,9 +300,9 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ at the four gaps, measured in good frames, (2, chains, 4).
+        """Return σ at the four gaps relative to a gap of 1, at least 1, (2, chains, 4).
 
-        The growth is at least 1.
+        Only the good frames are used, given by a mask, (chains, frames).
         """
         frames = good.shape[1]
         out: list[Array] = []
@@ -298,9 +320,18 @@ class GapGrowth:
 
 
 def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
-    """Return the factor by which σ of the given chains grows at gaps > 1, (2, n).
+    """Return the factors by which σ grows over the given gaps, (2, n).
 
     Values between the measured gaps are interpolated on a log-log scale.
+
+    Parameters
+    ----------
+    growth
+        The result of :meth:`GapGrowth.measured`.
+    chain
+        The index of the chain of each gap, shape (n,).
+    gap
+        The gaps in frames, shape (n,).
     """
     level = np.log(growth)
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)

@@ -1,4 +1,4 @@
-"""The declaration of a detector and the interface of its results; loads no numpy."""
+"""The interfaces of a detector and of its analysis. This module does not load numpy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """The description of a detector that the program shows, declared in the detector's file.
+    """The description of a detector, which the detector's file declares.
 
     Parameters
     ----------
@@ -26,18 +26,18 @@ class DetectorInfo:
     label : str
         The detector's name for use within a sentence: "the paper's detector".
     measures : str
-        One sentence about what the detector measures.
+        A phrase that describes what the detector measures, as a sentence.
     short : str
         The heading of a table column; `name` if not given.
     strength : str
-        The word or symbol for the strength, the curve that is compared with τ. "m" is m(t) of
+        The word or symbol for the strength, the curve that is compared with τ; "m" for m(t) of
         [Choi26].
     has_confidence : bool
         True if the detector returns a confidence for its intervals.
     tau : str
         The description of the automatic τ: "noise floor", or "automatic τ" if it is fixed.
     limb_flips : bool
-        True if the benchmark also runs the search for limb flips with this detector.
+        True if the benchmark also searches for limb flips with this detector.
     note : str
         The description in the benchmark; `measures` if not given.
     action : str
@@ -100,6 +100,6 @@ class Detector(Protocol):
     ) -> Analysis:
         """Analyse chains of a motion, up to the point where τ is needed.
 
-        `tell` is called with the progress.
+        `tell` is called with the progress, from 0 to 1.
         """
         ...

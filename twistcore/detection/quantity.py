@@ -1,4 +1,4 @@
-"""Curves over the clip that show why an interval is listed, with their limits.
+"""Curves that show why an interval is listed, such as the flexion of a knee, with their limits.
 
 :attr:`KindInfo.quantity` names the function that computes the curve for a kind of error.
 """
@@ -21,7 +21,7 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-ENDS = 4  # frames at both ends of a clip in which steps are not searched for
+ENDS = 4  # number of frames at each end of a clip in which steps are not searched for
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +31,13 @@ class Quantity:
     Attributes
     ----------
     label
-        The name of the quantity and the joint.
+        The title of the curve, which names the quantity and the joint.
     values
         The quantity in each frame, shape (frames,), NaN where it is undefined.
     limit
         The value beyond which an interval is listed, shape (frames,); None if there is no limit.
     size
-        The size of the interval as listed in tables, in the same unit.
+        The size of the interval that tables list, in the same unit; None if there is none.
     unit
         The unit to append to a number, with a leading space if needed.
     """
@@ -53,10 +53,10 @@ CurveOf = Callable[[KindSearch, Interval], Quantity | None]
 
 
 def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the curve of an interval, or None if there is none for its kind or for this interval.
+    """Return the curve that shows why an interval is listed, or None if there is no such curve.
 
-    Raises TwistError if the function of the kind cannot be loaded, fails, or returns a curve of the
-    wrong length.
+    Raises TwistError if the kind's function for the curve cannot be loaded, fails, or returns a
+    curve of the wrong length.
     """
     module, _, name = interval.kind.info.quantity.partition(":")
     if not module:
@@ -73,7 +73,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
 
 @dataclass(frozen=True, eq=False)
 class OwnFrames:
-    """A motion without held frames, and the mapping of the frames of the clip to its frames.
+    """A motion without its held frames, and the map from the frames of the clip to its frames.
 
     Attributes
     ----------
@@ -88,10 +88,9 @@ class OwnFrames:
 
     @classmethod
     def of(cls, motion: Motion, held: DistinctFrames | None = None) -> OwnFrames:
-        """Return the distinct frames of a motion.
+        """Return a motion without its held frames.
 
-        `held` contains the frames to use, by default all frames that do not repeat the previous
-        one.
+        `held` contains the frames to keep, by default all that do not repeat the previous frame.
         """
         held = held or without_held(motion)
         frames = np.arange(motion.frames)
@@ -104,7 +103,7 @@ class OwnFrames:
         return cls(held.motion, np.clip(at, 0, len(held.first) - 1))
 
     def span(self, interval: Interval) -> tuple[int, int]:
-        """Return the frames [start, stop) of `motion` for an interval of the clip."""
+        """Return the frames [start, stop) of `motion` that an interval of the clip shows."""
         inside = self.at[interval.start : interval.stop]
         return int(inside[0]), int(inside[-1]) + 1
 
@@ -113,8 +112,8 @@ class OwnFrames:
     ) -> Array:
         """Return values of `motion` for the frames of the clip, with NaN in unsearched frames.
 
-        These are frames at most `around` frames from a cut, and `ends` frames at both ends of the
-        clip. Frames of the interval never become NaN.
+        The `ends` frames at each end of the clip and the frames at most `around` frames from a cut
+        are not searched. Frames of the interval never become NaN.
         """
         cut, frames = find_cuts(self.motion), self.motion.frames
         left_out = cut.copy()

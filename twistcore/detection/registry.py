@@ -1,8 +1,8 @@
-"""All detectors: from the files in `detectors/`, from packages, and registered by programs.
+"""The registry of detectors: built-in, from installed packages, from a file, or from a program.
 
-Their names come from lists of files and of entry points, so the command line can show them without
-loading any detector or numpy. Everything that a table, a menu or a plot shows about a detector is
-in its :class:`DetectorInfo`.
+The names of detectors come from lists of files and of entry points, so the command line can show
+them without loading a detector or numpy. Everything that a table, a menu or a plot shows about a
+detector is in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -26,17 +26,18 @@ if TYPE_CHECKING:
 
 DEFAULT_METHOD = "consistency"
 GROUP = "twistcore.detectors"  # the group of entry points for packages that add a detector
-# The file given to a command with --detector. The processes that the command starts load it, too.
+# The environment variable with the detector file given to a command with --detector, so that the
+# processes that the command starts load the file as well.
 FILE_VARIABLE = "TWISTCORE_DETECTOR_FILE"
 _FOLDER = "twistcore.detection.detectors"  # one file per detector
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors, keyed by name: the default, other built-in detectors, then external ones.
+    """A mapping of all detectors by name: first the default, then built-in, then external ones.
 
-    A detector is loaded on first use. Access by name raises TwistError if the detector exists but
-    cannot be loaded.
+    A detector is loaded on first use. Access by name raises KeyError if there is no such detector,
+    and TwistError if it cannot be loaded.
     """
 
     def __init__(self) -> None:
@@ -68,7 +69,7 @@ class Detectors(Mapping[str, Detector]):
     def named(self, name: str) -> Detector:
         """Return the detector with the given name.
 
-        Raises TwistError with a list of all names if there is none.
+        Raises TwistError with a list of all names if there is no such detector.
         """
         try:
             return self[name]
@@ -79,9 +80,9 @@ class Detectors(Mapping[str, Detector]):
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, or replace an earlier one with the same name.
 
-        Returns the guarded detector: it reports an error as a TwistError that contains its name.
-        `place` is the file and class from which the detector was loaded. Raises TwistError if
-        `detector` is not a detector.
+        Returns the guarded detector, which reports failures as a TwistError. `place` is the file
+        and class from which the detector was loaded, or ''. Raises TwistError if `detector` is not
+        a detector or has the name of a built-in one.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -97,9 +98,9 @@ class Detectors(Mapping[str, Detector]):
         return kept
 
     def load(self, place: str) -> Detector:
-        """Register the detector of a Python file, given as 'FILE.py:Class'.
+        """Load a detector from 'FILE.py:Class', register it, and return the guarded detector.
 
-        Raises TwistError if it cannot be loaded.
+        Raises TwistError if the detector cannot be loaded.
         """
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
@@ -112,9 +113,9 @@ class Detectors(Mapping[str, Detector]):
         return self._given[name].place if name in self._of_file() else ""
 
     def info(self, name: str) -> DetectorInfo:
-        """Return the info of a detector.
+        """Return the description of a detector.
 
-        If the detector is missing or cannot be loaded, the info contains only its name.
+        If the detector does not exist or cannot be loaded, the description has only its name.
         """
         try:
             return self[name].info
@@ -122,7 +123,7 @@ class Detectors(Mapping[str, Detector]):
             return DetectorInfo(name, f"the detector {name!r}", "", name)
 
     def infos(self) -> tuple[DetectorInfo, ...]:
-        """Return the info of every detector that can be loaded."""
+        """Return the descriptions of all detectors that can be loaded."""
         return tuple(self[name].info for name in self.ready())
 
     def ready(self) -> tuple[str, ...]:
@@ -130,20 +131,14 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name of a detector if it can be loaded.
-
-        If it is missing or cannot be loaded, the name of the default detector is returned.
-        """
+        """Return the given name if a detector of that name can be loaded, or the default name."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a string that changes when an external detector changes.
-
-        The result is '' for built-in detectors.
-        """
+        """Return a string that changes when an external detector changes; '' for built-in ones."""
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -158,7 +153,7 @@ class Detectors(Mapping[str, Detector]):
         return self._loaded[name, place]
 
     def _of_file(self) -> dict[str, GuardedDetector]:
-        """Return the registered detectors, including one from a file given on the command line."""
+        """Return all registered detectors, after loading the one in FILE_VARIABLE if necessary."""
         place = os.environ.get(FILE_VARIABLE, "")
         if place and all(d.place != place for d in self._given.values()):
             self.load(place)
@@ -169,7 +164,7 @@ DETECTORS = Detectors()
 
 
 def register(detector: Detector) -> Detector:
-    """Register a detector under its name, for this process.
+    """Register a detector under its name in this process.
 
     Parameters
     ----------
@@ -180,7 +175,7 @@ def register(detector: Detector) -> Detector:
     Returns
     -------
     Detector
-        The guarded detector, which is used in place of the given object.
+        The guarded detector, which the program uses instead of the given object.
 
     Raises
     ------
@@ -192,10 +187,10 @@ def register(detector: Detector) -> Detector:
 
 @contextmanager
 def detector_of_file(place: str) -> Iterator[str]:
-    """Register the detector of a Python file and yield its name, for use in a `with` statement.
+    """Register a detector from 'FILE.py:Class' and yield its name, in a `with` statement.
 
-    Processes that are started in the meantime load the detector as well. `place` has the form
-    'FILE.py:Class'. Raises TwistError if it cannot be loaded.
+    Processes that are started within the statement load the detector as well. Raises TwistError if
+    the detector cannot be loaded.
     """
     name = DETECTORS.load(place).info.name
     os.environ[FILE_VARIABLE] = DETECTORS.place(name)
@@ -207,7 +202,7 @@ def detector_of_file(place: str) -> Iterator[str]:
 
 @cache
 def built_in() -> tuple[str, ...]:
-    """Return the names of the built-in detectors, which are their file names, the default first."""
+    """Return the names of the built-in detectors (their file names), the default first."""
     from pkgutil import iter_modules
 
     folder = [
@@ -232,9 +227,9 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
     """Return the entry points of detectors in installed packages, keyed by name.
 
-    No detector is loaded.
+    The argument is `sys.path`, for the cache. No detector is loaded.
     """
-    from importlib.metadata import entry_points  # 20 ms that few commands need
+    from importlib.metadata import entry_points  # takes 20 ms, and few commands need it
 
     return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
 
@@ -286,10 +281,10 @@ def _mark_of_file(path: Path) -> str:
 
 
 def _checked(found: Any, where: str) -> Detector:
-    """Return the detector, or an instance of it if a class is given.
+    """Return a detector after checking it, or an instance of it if a class is given.
 
-    Raises TwistError with the missing part if it is not a detector. `where` describes the detector
-    in error messages.
+    `where` describes the detector in error messages. Raises TwistError if the object is not a
+    detector; the message names the missing part.
     """
     if isinstance(found, type):
         with one_sentence(f"{where} cannot be created"):

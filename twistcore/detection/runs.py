@@ -1,4 +1,4 @@
-"""Runs of consecutive frames."""
+"""Find runs of consecutive frames in masks, and group overlapping spans of frames."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans. The spans must be sorted by start.
+    """Group overlapping spans, which must be sorted by start.
 
-    Spans separated by fewer than `apart` frames also belong to one group.
+    Spans that are fewer than `apart` frames apart are grouped as well.
     """
     groups: list[list[SomeSpan]] = []
     end = 0

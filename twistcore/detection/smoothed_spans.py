@@ -1,11 +1,12 @@
-"""Spans in which a joint has lost its fine movement, because gaps were filled or it was smoothed.
+"""Find spans in which a joint has no fine movement, because gaps were filled or it was smoothed.
 
 A captured motion jitters slightly in every frame, and no body moves as evenly as a filtered
 motion. Fine movement is measured by the fourth difference, the deviation from an even curve over
 five frames. It is ten to ten thousand times smaller where a joint was smoothed, but it is also
-smaller at a lower pace. Therefore, a joint is compared with frames of its own motion at the same or
-a lower pace. If there are none, it is compared with its slowest frames, and less fine movement is
-expected at a lower pace. This ensures that a joint at rest is never mistaken for a smoothed one.
+smaller where the joint moves slowly. A joint is therefore compared with other frames of its own
+motion at the same or a lower pace. If there are none, it is compared with its slowest frames, and
+less fine movement is expected at a lower pace. A joint at rest is therefore not mistaken for a
+smoothed one.
 """
 
 from __future__ import annotations
@@ -22,19 +23,25 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.4, 9  # seconds, and a minimum number of frames, to average over
+_WINDOW, _FEWEST = 0.4, 9  # length of the averaging window in seconds and at least in frames
 _A_WINDOW = 8  # number of values per window; more are not needed, since they change slowly
 _LEAST = 0.5  # seconds; a shorter span may be a calm moment
 _REST = 1e-5  # degrees per frame: the rounding of files
 _MOVES = 3e-3  # degrees per frame; a joint with a lower maximum pace does not move
-_SUSPECT = 0.5  # orders of magnitude below the usual frame of the same pace
-_USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile; minimum share of the slowest frames for it
-_FINER = 0.6  # orders of magnitude below nearly all other frames of the same pace, to be reported
-_NEARLY_ALL = 0.05  # quantile
-_OTHERS = 1.5  # seconds of other frames to compare with
+# A frame is suspected if its fine movement is this many orders of magnitude below the usual one.
+_SUSPECT = 0.5
+# The usual fine movement is this quantile over all frames with the same or a lower pace, but at
+# least over this share of the frames. It is computed for this number of groups of frames.
+_USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4
+# A span is reported if its fine movement is this many orders of magnitude below the quantile
+# _NEARLY_ALL over frames of the same pace.
+_FINER, _NEARLY_ALL = 0.6, 0.05
+_OTHERS = 1.5  # minimum duration of the frames to compare with, in seconds
 _PACE = 2.0  # orders of magnitude of fine movement per order of magnitude of pace
-_BORDER, _EVEN = 1.5, 5  # orders of magnitude above a span at its borders; frames to average
-_MOST = 5  # spans, and joints of a span, listed by name
+# A span ends where the fine movement, averaged over _EVEN frames, is larger than in the span by up
+# to _BORDER orders of magnitude.
+_BORDER, _EVEN = 1.5, 5
+_MOST = 5  # maximum number of notes, and of joints in a note
 _NUMBERS = 1 << 17  # frames times joints in a block
 
 
@@ -42,7 +49,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which fine movement is reduced, compared with most of the clip.
+    `times` is the factor by which its fine movement is smaller than in most of the clip.
     """
 
     joint: int
@@ -90,10 +97,10 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the notes about spans, which must be sorted by start; overlapping spans share a note.
+    """Return the notes about smoothed spans, which must be sorted by start.
 
-    Only the first few notes are returned, followed by the number of other spans. `names` are the
-    names of the joints.
+    Overlapping spans share a note. The first few notes are returned, followed by a note with the
+    number of the others. `names` contains the names of the joints.
     """
     groups = overlapping(spans)
     said = [_sentence(group, names) for group in groups[:_MOST]]
@@ -118,10 +125,10 @@ def _sentence(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Return log10 of the pace and of the fine movement.
+    """Return log10 of the pace and of the fine movement of joints, in degrees per frame.
 
-    The three arrays are the pace in a window, the fine movement in a window, and the fine movement
-    in every frame. They have the shape (frames, joints), and the values are in degrees per frame.
+    The three arrays, (frames, joints), are the pace averaged over a window of `width` frames, the
+    fine movement averaged over this window, and the fine movement in every frame.
     """
     changes = np.diff(continuous_signs(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
@@ -140,8 +147,8 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 def _mean_around(values: Array, width: int) -> Array:
     """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
-    Sums of rows are computed by doubling, so that small sums contain no rounding errors of large
-    ones. scipy is not used, because it takes longer to load than the rest of a command.
+    Sums are computed by doubling, so that small sums contain no rounding errors of large ones.
+    scipy is not used, because it takes longer to load than the rest of a command.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -158,16 +165,16 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Return the squared turns per frame, in degrees², (frames, joints).
-
-    `changes` are the differences of successive quaternions.
-    """
+    """Return the squared lengths of quaternion differences, as turns in degrees², (n, joints)."""
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """Return the usual fine movement at the pace of each frame or below it, (frames, joints)."""
+    """Return the usual fine movement over frames with at most the pace of each frame.
+
+    All arrays have the shape (frames, joints) and contain logarithms.
+    """
     frames = len(pace)
     order = np.argsort(pace, axis=0)
     by_pace = np.take_along_axis(fine, order, axis=0)
@@ -182,24 +189,37 @@ def _usual(pace: Array, fine: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Joint:
-    """The pace and fine movement of a joint.
+    """The pace and the fine movement of a joint, as logarithms.
 
-    `pace` and `fine` are measured in windows that are `step` frames apart, and `every` is the fine
-    movement in every frame.
+    Attributes
+    ----------
+    pace, fine
+        The pace and the fine movement in windows, shape (windows,).
+    every
+        The fine movement in every frame, shape (frames,).
+    step
+        The number of frames from one window to the next.
+    half
+        Half the length of a window, in frames.
+    others
+        The minimum number of frames to compare with.
+    least
+        The minimum number of frames in a span.
     """
 
     pace: Array
     fine: Array
     every: Array
     step: int
-    half: int  # half of the window
-    others: int  # minimum number of frames to compare with
-    least: int  # minimum number of frames in a span
+    half: int
+    others: int
+    least: int
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the frames [start, stop) of a suspected span and the factor of its smoothing.
+        """Return the exact frames of a suspected span and the factor of its smoothing, or None.
 
-        The result is None if the suspicion is not confirmed. The arguments are indices of windows.
+        `start` and `stop` are the indices of the first suspected window and the one after the last.
+        The result is (start, stop, factor) in frames, or None if the suspicion is not confirmed.
         """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
@@ -228,14 +248,14 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the quantile `share` of the rows, without interpolation, faster than np.quantile."""
+    """Return the quantile `share` along axis 0, without interpolation; faster than np.quantile."""
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row
 
 
 def _without_short(mask: Mask, least: int) -> Mask:
-    """Remove runs shorter than `least` frames from a mask."""
+    """Return a copy of a mask without runs of True that are shorter than `least` frames."""
     out = mask.copy()
     for start, stop in runs(mask):
         if stop - start < least:

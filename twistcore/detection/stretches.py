@@ -1,11 +1,8 @@
-"""Stretches: a joint turns suddenly about its own bone and is wrong until it turns back.
+"""Find stretches, in which a joint turns suddenly about its own bone and stays wrong for a while.
 
 For example, a foot may jump to an upside-down position and stay there until the end of the clip.
-The jump itself is listed as a lone jump. Any sudden turn of the joint may end the stretch, as long
-as the roll differs before and after it. The roll about the bone in most frames of the clip is
-assumed to be right, which shows which side of the jump is wrong. If a joint is turned by more than
-120° from its rest pose in most frames, the roll near the rest pose is used instead, provided that
-the same joint on the other side of the body has that roll as well.
+The jump itself is listed as a lone jump. The stretch may end at any sudden turn of the joint if the
+roll differs before and after it.
 
 Frames in which a foot or hand is turned during a flip are listed as a turned end instead.
 
@@ -43,20 +40,21 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-JUMP = math.radians(60.0)  # per frame, in a fast capture: a possible edge of a stretch
-OFF = math.radians(75.0)  # from the usual roll; a smaller difference may be motion
-ALIKE = math.radians(45.0)  # maximum difference between rolls that count as equal
-TURNED = math.radians(120.0)  # from the rest pose; no joint rolls so far about its bone
+# Minimum turn per frame at an edge of a stretch. In slow captures, the limit of lone jumps applies.
+JUMP = math.radians(60.0)
+OFF = math.radians(75.0)  # a smaller difference from the usual roll may be motion
+ALIKE = math.radians(45.0)  # maximum difference between rolls that are considered equal
+TURNED = math.radians(120.0)  # no joint rolls farther than this from its rest pose
 MOST = 0.6  # minimum share of the frames with the usual roll
-_ENOUGH = 0.1  # minimum share of the frames for a level that may be the right one
-SHORTEST, FEWEST = 0.1, 3  # seconds and frames; a shorter level is a spike
-MOST_JUMPS = 8  # of a joint; a joint with more is too restless, and only its jumps are listed
+_ENOUGH = 0.1  # minimum share of the clip in which a joint has a roll that may be the right one
+SHORTEST, FEWEST = 0.1, 3  # minimum duration in seconds and in frames; a shorter one is a spike
+MOST_JUMPS = 8  # if a joint jumps more often, only its jumps are listed
 _DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
 
 
 @dataclass(frozen=True)
 class _Level:
-    """Frames [start, stop) between two jumps, with the mean roll in them, in radians."""
+    """Frames [start, stop) between two jumps of a joint, and its mean roll there, in radians."""
 
     start: int
     stop: int
@@ -70,7 +68,7 @@ class _Level:
 
 @dataclass(frozen=True, eq=False)
 class _Clip:
-    """The corrected motion without held frames, with the jumps of its joints.
+    """The corrected motion of a clip without held frames, and the jumps of its joints.
 
     Attributes
     ----------
@@ -79,9 +77,9 @@ class _Clip:
     at
         The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
     owner
-        The chain of each joint.
+        The chain of each joint, keyed by joint.
     listed
-        The first frames of the joint jumps that are listed, keyed by joint.
+        The first frame of `motion` of each listed joint jump, keyed by joint.
     """
 
     motion: Motion
@@ -91,7 +89,7 @@ class _Clip:
 
     @staticmethod
     def of(search: KindSearch) -> _Clip:
-        """Collect what the search for stretches needs."""
+        """Collect the input of the search for stretches."""
         motion = search.corrected_motion()
         at = np.arange(motion.frames)
         if (held := without_held(motion)) is not None:
@@ -112,7 +110,7 @@ class _Clip:
     def levels(self, joint: int) -> list[_Level]:
         """Return the levels (frames of nearly constant roll) between a joint's jumps, by start.
 
-        Jumps about any axis count. The result is empty if the joint has no bone.
+        The joint may jump about any axis. The result is empty if the joint has no bone.
         """
         rotations = self.motion.rotations[:, joint]
         jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
@@ -126,9 +124,9 @@ class _Clip:
         ]
 
     def _too_fast(self, turns: Array) -> list[int]:
-        """Return the frames, except at cuts, in which the joint turns too fast for a body.
+        """Return the frames in which a joint turns too fast for a body, except at cuts.
 
-        `turns` are its turns since the previous frame, in radians, (frames,).
+        `turns` contains the turns since the previous frame, in radians, (frames,).
         """
         fast = np.abs(turns) > max(JUMP, limit(self.motion.fps))
         fast &= ~find_cuts(self.motion) if fast.any() else True
@@ -136,7 +134,7 @@ class _Clip:
         return found
 
     def expected(self, joint: int) -> tuple[float | None, bool]:
-        """Return the expected roll of a joint in radians; True if it follows from the rest pose.
+        """Return the right roll of a joint in radians, and True if it follows from the rest pose.
 
         The roll is None if it is unknown.
         """
@@ -149,7 +147,7 @@ class _Clip:
         return usual, False
 
     def _has_mirrored(self, joint: int, roll: float) -> bool:
-        """Return True if the joint on the other side has the mirrored roll in part of the clip."""
+        """Return True if the joint on the other side has the mirrored roll in enough frames."""
         if (own := self.owner.get(joint)) is None:
             return False
         is_parent = own.parent == joint
@@ -163,7 +161,7 @@ class _Clip:
 
 
 def find_stretches(search: KindSearch) -> Found:
-    """Return the stretches of the joints of all chains, keyed by chain name."""
+    """Return the stretches of all joints in chains, keyed by chain name."""
     if search.motion.frames < 4 or not search.chains:
         return {}
     found: Found = search.once(_in_all_chains)
@@ -195,10 +193,22 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
 def stretch_over(
     search: KindSearch, chain: str, joint: int, span: tuple[int, int], turn: float
 ) -> Interval:
-    """Return a stretch over a span of frames, with the offset that turns the joint back.
+    """Return a stretch of a joint over frames [start, stop), with its offset.
 
-    The offset is measured at the jumps at both edges of the span. `turn` is the difference from
-    the usual roll in the span, in radians, and the offset if the jumps do not fit it.
+    Parameters
+    ----------
+    search
+        The clip.
+    chain
+        The name of the chain to which the joint belongs.
+    joint
+        The index of the joint.
+    span
+        The frames (start, stop).
+    turn
+        The difference of the joint's roll from its usual roll in these frames, in radians. The
+        offset is measured at the jumps at both edges; if they do not agree with `turn`, the offset
+        is `turn`.
     """
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
@@ -217,10 +227,11 @@ def stretch_over(
 
 
 def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | None:
-    """Return the difference of a joint's roll from its usual roll, in radians, (frames,).
+    """Return the difference of a joint's roll from its usual roll, in radians, (frames,), or None.
 
-    If the joint has no usual roll, its mean roll outside a span of frames is used instead. The
-    result is None if there is neither, and NaN in frames in which the roll is undefined.
+    If the usual roll is unknown, the mean roll outside the frames `span`, (start, stop), is used
+    instead. The result is None if both are unknown. It is NaN in frames in which the roll is
+    undefined.
     """
     clip = search.once(_Clip.of)
     roll = defined_roll(clip.motion, joint)[clip.at]
@@ -253,7 +264,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of most frames in radians, or None if there is no such roll."""
+    """Return the roll of a joint in most frames, in radians, or None if there is no such roll."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -263,9 +274,9 @@ def _usual(levels: Sequence[_Level]) -> float | None:
 
 
 def _near_rest(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of the longest level near the rest pose, in radians.
+    """Return the roll of the longest level near the rest pose, in radians, or None.
 
-    The result is None if that level covers less than 10 % of the clip.
+    The result is None if that level is too short.
     """
     near = [level for level in levels if abs(level.roll) <= OFF]
     longest = max(near, key=lambda level: level.frames, default=None)
@@ -274,9 +285,9 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
-    """Yield the levels that are far from the usual roll; adjacent levels are joined.
+    """Yield the levels that are far from the usual roll, after joining adjacent similar levels.
 
-    `shortest` is the length of the shortest level to yield, in frames.
+    `shortest` is the minimum length of a level in frames.
     """
     found: list[_Level] = []
     for level in levels:
@@ -293,11 +304,11 @@ def _alike(a: _Level, b: _Level) -> bool:
 
 
 def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: float) -> float:
-    """Return the angle of a stretch, in radians, measured at the jumps at its two edges.
+    """Return the angle of a stretch in radians, measured at the jumps at its edges.
 
-    `edges` are the first frame of the stretch and the frame after it. At each edge, the smaller of
-    the adjacent turns is subtracted as natural motion. Jumps that differ from `turn` by more than
-    45° are ignored; if none remains, `turn` is returned.
+    `edges` contains the first frame of the stretch and the frame after the last. At each edge, the
+    smallest of the turns next to the jump is subtracted as natural motion. Jumps that differ from
+    `turn` by more than 45° are ignored. If no jump remains, `turn` is returned.
     """
     axis = own_axis(motion.skeleton, joint)
     assert axis is not None
@@ -316,11 +327,11 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
 
 
 def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
-    """Return True if the joints below a joint jump with it at the edges of a stretch.
+    """Return True if the children of a joint jump with it at the edges of a stretch.
 
     In this case, their local rotations jump less than their orientation relative to the joint's
-    parent. The result is also True if a joint below has no rotation channels and so cannot be
-    turned back.
+    parent. The result is also True if a child has no rotation channels, so that it cannot be turned
+    back.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
@@ -337,12 +348,16 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
 
 
 def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the evidence for a stretch: its angle and its roll from the reference, in degrees."""
+    """Return the evidence for a stretch, keyed by name.
+
+    `roll` is the difference from the right roll and `turn` is the angle of the correction, both in
+    radians. `by_rest` is True if the right roll is derived from the rest pose.
+    """
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),
         "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": math.degrees(turn),  # for readers of the first version
+        "correction_deg": math.degrees(turn),  # the name in the first version
     }

@@ -1,7 +1,7 @@
-"""Twist increments of a chain, computed from relative rotations, without azimuth or singularity.
+"""Twist increments of a chain, computed from the rotations between frames [Method, step 1].
 
-This is step 1 of [Method]. Unlike differences of θp and θc, the increments are exact for a straight
-limb and across a swing of 180°. Their sum is not θp (holonomy), so the two must not be compared.
+Unlike the differences of θp and θc, the increments are exact for a straight limb and across a swing
+of 180°. Because of holonomy, their sum is not θp, so the two must not be compared.
 """
 
 from __future__ import annotations
@@ -12,12 +12,23 @@ from twistcore.skeleton.rotation import Array, wrap
 
 
 def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the twist increments x of the parent P and y of the child C, in radians, (frames,).
+    """Return the twist increments x of a parent P and y of its child C about P's bone axis a.
 
     x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹), and x(0) = y(0) = 0. A
-    twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ.
-    `q_parent` and `q_child` are local rotations, (frames, 4). `axis` is the unit vector along P's
-    bone in the frame of P, (3,) or (frames, 3).
+    twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ, where
+    dδ is the change of δ since the previous frame.
+
+    Parameters
+    ----------
+    q_parent, q_child
+        Local rotations of P and C, shape (frames, 4).
+    axis
+        The unit vector a along P's bone in the coordinate system of P, shape (3,) or (frames, 3).
+
+    Returns
+    -------
+    x, y
+        The increments in radians, shape (frames,).
     """
     x, y = np.zeros(len(q_parent)), np.zeros(len(q_parent))
     a = axis if axis.ndim == 1 else axis[1:]
@@ -27,9 +38,9 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
 
 
 def _twist_between(q: Array, axis: Array, cross_sign: float) -> Array:
-    """Return the twist of q(t−1)⁻¹ q(t) if cross_sign is −1, of q(t) q(t−1)⁻¹ if it is +1.
+    """Return the twist of q(t−1)⁻¹ q(t) if `cross_sign` is −1, or of q(t) q(t−1)⁻¹ if it is +1.
 
-    Only w and v·a of the product are computed.
+    Of the product (w, v), only w and the component of v along the axis are computed.
     """
     w0, w1 = q[:-1, 0], q[1:, 0]
     x0, y0, z0 = q[:-1, 1], q[:-1, 2], q[:-1, 3]

@@ -1,7 +1,7 @@
-"""QuaMo: tracking and smoothing of noisy motion [Le26], also of poses on SMPL's skeleton.
+"""QuaMo: track or smooth noisy motion [Le26], including poses of SMPL's skeleton.
 
-The tracker runs causally, on a stream (`Tracker`) or on a clip (`track`), or without lag over a
-whole clip (`track_both_ways`).
+The tracker follows a stream (`Tracker`) or a clip (`track`) causally, or a whole clip without lag
+(`track_both_ways`).
 """
 
 from twistcore.quamo.both_ways import track_both_ways

@@ -1,18 +1,21 @@
 """Track a whole clip forward and backward in time, without lag but not causally.
 
 A joint that turns steadily is 2κD/κP − Δt behind its reference in a forward pass, and equally far
-ahead of it in a backward pass from the end of the clip to its beginning. Therefore, both passes are
-run, and the result is halfway between them:
+ahead of it in a backward pass from the end of the clip to its beginning. The result is therefore
+computed halfway between the two passes:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
 
-Here a is the tracker of the reference q̂(0 … T), and b, read backwards, is the tracker of q̂(T …
-0). Only the order of the rotations is reversed, not the rotations themselves. The quotient is
-halfway along the shorter arc, for either sign of the quaternions. In linear terms the gain of a
-pass, H(f), becomes its real part: every frequency keeps its phase, the lag is 0, and the overshoot
-of a pass at a step is halved. The overshoot would vanish with κD = √(2κP), but that distorts slow
-motion as well, since Re H = 1 − O(f⁴) requires κD = √(κP/2), both for small Δt. Reversing the clip
-reverses the result, bit for bit except for the sign of a quaternion.
+a and r_a are the rotation and the position at time t in the forward pass, which tracks the
+reference q̂(0 … T). b and r_b are those of the backward pass, which tracks q̂(T … 0). Only the order
+of the rotations is reversed, not the rotations themselves. The quotient is halfway along the
+shorter arc, for either sign of the quaternions.
+
+For small deviations, the frequency response H(f) of a pass becomes its real part. Every frequency
+keeps its phase, the lag is 0, and the overshoot of a pass at a step is halved. For small Δt, the
+overshoot would vanish with κD = √(2κP), but this distorts slow motion, since Re H = 1 − O(f⁴)
+requires κD = √(κP/2). If the clip is reversed, the result is reversed bit for bit, except for the
+signs of quaternions.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, TrackR
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.progress import Tell
 
-_FORWARDS, _BACKWARDS = 0, 1
+_FORWARDS, _BACKWARDS = 0, 1  # the indices of the two passes in arrays of both
 
 
 def track_both_ways(
@@ -39,15 +42,18 @@ def track_both_ways(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Return the motion halfway between a forward and a backward pass, frame by frame.
+    """Track a clip in both directions of time, and return the motion halfway between the passes.
 
-    q̂ (frames, …, joints, 4) and r̂ (frames, …, 3) are the same as for :func:`track`. Both
-    directions are stepped at once. The quaternions are in the hemisphere of the forward pass.
+    The parameters are the same as for :func:`track`. Both passes are stepped together.
 
-    In the result, `snapped` is True for joints that were reset to the reference in either pass, and
-    `apart` is True for joints whose rotations in the two passes differ by more than 90°. `steps`
-    are the forward steps, and `steps_back` are the backward steps, in the order of the frames. The
-    first of `steps` and the last of `steps_back` are the starting states of the two passes.
+    Returns
+    -------
+    TrackResult
+        The quaternions are in the hemisphere of the forward pass. `snapped` is True for joints that
+        were reset to the reference in either pass, and `apart` is True for joints whose rotations
+        in the two passes differ by more than 90°. `steps` contains the steps of the forward pass,
+        and `steps_back` the steps of the backward pass in the order of the frames. The first of
+        `steps` and the last of `steps_back` are the initial states of the passes.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(
@@ -71,16 +77,16 @@ def track_both_ways(
 
 
 def half_way(a: Array, b: Array) -> Array:
-    """Return the rotation halfway from a to b along the shorter arc, (…, 4), in a's hemisphere.
+    """Return the rotations halfway from a to b along the shorter arc, (…, 4), in a's hemisphere.
 
-    The rotation halfway from b to a is the same, bit for bit except for its sign.
+    The rotations halfway from b to a are the same bit for bit, except for their signs.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))
 
 
 def _of_direction(step: Step, way: int) -> Step:
-    """Return the part of a combined step that belongs to one direction of time."""
+    """Return the part of a step of both passes that belongs to one pass, given by its index."""
     state = State(**{name: value[way] for name, value in vars(step.state).items()})
     if step.gains is None or step.parts is None:
         return Step(state, step.snapped[way])

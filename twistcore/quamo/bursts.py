@@ -1,6 +1,6 @@
-"""Smooth only the bursts of noise in a clip, and leave every other frame as it is.
+"""Smooth the bursts of noise in a clip, and leave all other frames unchanged.
 
-Within a burst, the rotations are replaced by the smoothing spline that continues the values and the
+In a burst, the rotations are replaced by a smoothing spline that continues the values and the
 speeds of the good frames around it, so no border is visible.
 """
 
@@ -16,13 +16,13 @@ from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
 _CUTOFF = 2.5  # Hz; lower than in a whole clip, because the noise of a burst is stronger
-_APART = 0.3  # seconds between two bursts that are treated as one
-_BORDER = 0.04  # seconds next to a burst in which there may be noise that was not found
+_APART = 0.3  # seconds; bursts that are closer than this are treated as one
+_BORDER = 0.04  # seconds on either side of a burst that may contain undetected noise
 
 
 @dataclass(frozen=True)
 class NoisySpan:
-    """A joint's frames [start, stop) to smooth."""
+    """Frames [start, stop) of a joint that should be smoothed."""
 
     joint: int
     start: int
@@ -30,15 +30,15 @@ class NoisySpan:
 
 
 def burst_cutoff(dt: float) -> float:
-    """Return the default cut-off in bursts for a frame time, in Hz."""
+    """Return the default cut-off in Hz for bursts in a clip with a frame time of `dt` seconds."""
     return min(_CUTOFF, usual_cutoff(dt))
 
 
 def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
-    """Return the frames of each joint to smooth, sorted by start.
+    """Return the frames of each joint that should be smoothed, sorted by start.
 
-    Bursts of several joints that overlap, or nearly do, have the same frames in all of these
-    joints, since a burst is often found a little too short in one of them.
+    If bursts of several joints overlap, or nearly do, the same frames are smoothed in all of these
+    joints, since a detected burst is often a little too short in one of them.
     """
     border = max(1, round(_BORDER * motion.fps))
     found = []
@@ -52,11 +52,11 @@ def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
 def smooth_spans(
     motion: Motion, spans: Iterable[NoisySpan], cutoff: float | None = None, *, first: int = 0
 ) -> Motion:
-    """Return the motion with the rotations in these spans smoothed.
+    """Return the motion with smoothed rotations in the given spans.
 
-    All other numbers keep their bits. Spans are not smoothed across a cut or before the frame
-    `first`. `cutoff` is in Hz, by default :func:`burst_cutoff`. Raises TwistError if it does not
-    fit the clip's frame rate.
+    All other values do not change. A span is not smoothed across a cut or before the frame `first`.
+    `cutoff` is the cut-off in Hz, by default :func:`burst_cutoff`. Raises TwistError if it does not
+    fit the frame rate of the clip.
     """
     cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()

@@ -1,9 +1,10 @@
-"""ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
+"""The networks that compute gains (ControlNet) and the initial state (InitNet), in numpy.
 
-Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
-the inputs to the bias keeps joints that hardly turn still. Poses are relative to the parent, and
-errors and velocities are relative to the body's heading. No input is a position in world space.
-There are separate gains for each axis of the 24 joints and of the root's position.
+Both are described in [Le26 §3.1, supplement A]. Each has two hidden layers (linear, LayerNorm,
+LeakyReLU) and a linear output layer. In ControlNet, a linear path from the inputs to the bias keeps
+joints still that hardly turn. The inputs are poses relative to the parent joints, and errors and
+velocities, which are relative to the heading of the body for the root. No input is a position in
+world space. There are separate gains for each axis of the 24 joints and of the root's position.
 """
 
 from __future__ import annotations
@@ -34,22 +35,22 @@ from twistcore.work.frozen import dataclass
 
 Float32 = NDArray[np.float32]
 
-KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0
-ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
-ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # scales the inputs to about 1
+KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0  # largest gains of joints, in the units of `Gains`
+ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0  # largest gains of the root's position
+ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # factors that scale errors and velocities to about 1
 SLOPE = 0.01  # slope of LeakyReLU below 0
 EPSILON = 1e-5  # ε of LayerNorm
-START_SCALE = 0.1  # radians and metres per unit of InitNet's output, to move the start
+START_SCALE = 0.1  # radians and metres per unit of InitNet's output for the initial pose
 
-_VECTOR = 3 * JOINTS
-_POSE = _VECTOR - 3
+_VECTOR = 3 * JOINTS  # a vector for each joint
+_POSE = _VECTOR - 3  # a vector for each joint except the root
 CONTROL_INPUTS = _POSE + 2 * _VECTOR + 8
 CONTROL_OUTPUTS = 4 * _VECTOR + 9
 BIAS_OUTPUTS = np.r_[3 * _VECTOR : 4 * _VECTOR, CONTROL_OUTPUTS - 3 : CONTROL_OUTPUTS]
 INIT_INPUTS = _POSE + _VECTOR + 5
 INIT_OUTPUTS = 2 * _VECTOR + 6
 
-# The steps of [Le26 Table 3]: additions to a PD controller, in order.
+# The variants of [Le26 Table 3]. Each adds a part to the previous one.
 VARIANTS = {
     "pd": "PD gains only, first-order integration",
     "bias": "with the bias f_ω",
@@ -60,10 +61,16 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """The weights of a network (float32), keyed by name, and its variant (one of VARIANTS).
+    """The weights of ControlNet and InitNet.
 
-    `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
-    file.
+    Attributes
+    ----------
+    weights
+        The arrays of :func:`weight_shapes`, float32, keyed by name.
+    variant
+        The variant, a key of VARIANTS.
+    note
+        A line about the training (data, seed, epochs), which is stored in the file.
     """
 
     weights: Mapping[str, Float32]
@@ -72,21 +79,24 @@ class Network:
 
     @property
     def integration(self) -> str:
-        """The integration that the tracker must use."""
+        """The integration that the tracker must use: 'exact' or 'first-order'."""
         return FIRST_ORDER if self.variant in ("pd", "bias") else EXACT
 
     @property
     def width(self) -> int:
-        """Number of units in a hidden layer."""
+        """The number of units in a hidden layer of ControlNet."""
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller that starts from the first references in `q_hat` and `r_hat`."""
+        """Return a controller for a clip, which starts from the first references of the clip.
+
+        The references are q̂, shape (frames, …, 24, 4), and r̂ in metres, shape (frames, …, 3).
+        """
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
 class NetworkController(Controller):
-    """A controller whose gains come from ControlNet and whose initial state comes from InitNet.
+    """A controller that computes gains with ControlNet and the initial state with InitNet.
 
     InitNet needs the first two references, so the first pose is one 25 Hz sample late.
     """
@@ -95,11 +105,14 @@ class NetworkController(Controller):
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """Return a controller for a forward and a backward pass from both ends of the clip."""
+        """Return a controller for a forward and a backward pass, which start at either end."""
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state (q0, ω0, r0, v0): q0 = Exp(φ) ⊗ q̂0, with φ from InitNet."""
+        """Return the initial state from InitNet. The rotations are Exp(φ) ⊗ q̂, with φ from InitNet.
+
+        With fewer than two references, the initial state is the first reference at rest.
+        """
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
@@ -129,7 +142,10 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of a step. The step must be at 25 Hz, the rate of the training."""
+        """Return the gains of a step from ControlNet.
+
+        Raises UnstableGainsError if `dt` is not 0.04 s, the frame time of the training.
+        """
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
@@ -160,7 +176,11 @@ def control_inputs(
 
 
 def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
-    """Scale the outputs to the gains' ranges and rotate the root's bias back to world axes."""
+    """Convert the outputs of ControlNet, (…, CONTROL_OUTPUTS), to gains.
+
+    The outputs are scaled to the ranges of the gains, and the root's bias is rotated from the
+    heading (cos ψ, sin ψ) back to world axes.
+    """
     shape = (*out.shape[:-1], JOINTS, 3)
     kp, kd, ka, bias, root = np.split(out, np.arange(1, 5) * _VECTOR, axis=-1)
     with_bias, with_acceleration = variant != "pd", variant == "full"
@@ -176,9 +196,9 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
 
 
 def pose_inputs(q: Array) -> Array:
-    """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
+    """Return vec(±q) (:func:`short_vector`) of the 23 joints below the root, (…, 24, 4) → (…, 69).
 
-    The root's tilt is left out, because the network would overfit it to the ways in which the
+    The tilt of the root is not an input, because the network would overfit to the ways in which the
     training subjects bend and lie.
     """
     return _flat(short_vector(q[..., 1:, :]))
@@ -193,7 +213,10 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """Return (cos ψ, sin ψ) of the heading, the root's z axis projected onto the ground."""
+    """Return (cos ψ, sin ψ) of the heading ψ, the direction of the root's z axis on the ground.
+
+    `root` contains the rotations of the root, (…, 4).
+    """
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -201,15 +224,18 @@ def root_heading(root: Array) -> tuple[Array, Array]:
 
 
 def _into(v: Array, cos: Array, sin: Array) -> Array:
+    """Rotate vectors, (…, 3), from world axes to the heading (cos ψ, sin ψ)."""
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     return np.stack([cos * x - sin * z, y, sin * x + cos * z], axis=-1)
 
 
 def _back(v: Array, cos: Array, sin: Array) -> Array:
+    """Rotate vectors, (…, 3), from the heading (cos ψ, sin ψ) back to world axes."""
     return _into(v, cos, -sin)
 
 
 def _root_turned(v: Array, cos: Array, sin: Array) -> Array:
+    """Rotate only the root's vectors in (…, joints, 3) from world axes to the heading."""
     out = v.copy()
     out[..., 0, :] = _into(v[..., 0, :], cos, sin)
     return out
@@ -239,7 +265,11 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
 
 
 def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
-    """Return the shape of every array of a network, keyed by name."""
+    """Return the shapes of the arrays of a network, keyed by name.
+
+    `width` and `init_width` are the numbers of units in the hidden layers of ControlNet and
+    InitNet.
+    """
     shapes: dict[str, tuple[int, ...]] = {
         "init.share": (2,),
         "pose.mean": (_POSE,),
@@ -257,9 +287,9 @@ def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
 
 
 def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
-    """Return a network with random hidden layers and heads that give the hand-tuned gains.
+    """Return a network for training, with random hidden layers and the hand-tuned gains as output.
 
-    κA starts at 20, since a sigmoid cannot be 0; all other gains are the same as in :class:`Gains`.
+    κA is 20, since a sigmoid cannot be 0. All other gains are the defaults of :class:`Gains`.
     """
     weights: dict[str, Float32] = {}
     for name, shape in weight_shapes(width, init_width).items():
@@ -285,9 +315,9 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write the weights as float16, atomically and reproducibly.
+    """Write the weights of a network as float16, atomically.
 
-    The same network always gives the same bytes.
+    The same network always results in the same bytes.
     """
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
@@ -303,7 +333,10 @@ def write_network(network: Network, path: Path) -> None:
 
 
 def read_network(path: Path) -> Network:
-    """Read and check weights. Raises FormatError if the file does not contain such a network."""
+    """Read and check the weights of a network.
+
+    Raises FormatError if the file does not contain a network.
+    """
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
@@ -325,6 +358,6 @@ def read_network(path: Path) -> Network:
             )
         if not np.isfinite(arrays[name]).all():
             raise FormatError(f"{path}: expected finite weights in {name!r}")
-    # Sigmoids keep gains within their ranges, so checking the corners is enough.
+    # All gains are between 0 and these values, so it is enough to check the largest.
     check_stability(Gains(kp=KP, kd=KD, root_kp=ROOT_KP, root_kd=ROOT_KD), NETWORK_DT)
     return Network({k: v.astype(np.float32) for k, v in arrays.items()}, variant, note)

@@ -1,4 +1,4 @@
-"""Split a clip at its cuts, across which a method must not look ahead."""
+"""Split a clip at its cuts, across which motion must not be smoothed."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from twistcore.skeleton.motion import Motion
 
 
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
-    """Return the frames after `first` at which a new capture begins, ascending.
+    """Return the frames after `first` at which a new capture begins, in ascending order.
 
-    The frames are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the
-    first frame of a rest pose at the end.
+    These are the frames from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, which include
+    a rest pose at the end.
     """
     return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """Return the captures [start, stop) from frame `first` on, in order; usually there is only one.
+    """Return the captures [start, stop) from frame `first` on, in order. Most clips have only one.
 
-    A single frame next to a cut is not a capture, and neither is a rest pose held until the clip's
-    end.
+    A single frame next to a cut is not a capture, and neither is a rest pose that is held until the
+    end of the clip.
     """
     borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

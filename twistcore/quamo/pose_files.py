@@ -1,4 +1,4 @@
-"""Read pose files as named arrays, from .npz files or pickles, without running their code."""
+"""Read pose files (.npz, .npy or pickles) as named arrays, without running code from the file."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, unp
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
-_DICTIONARY = 1 << 27  # bytes; twice as much as the largest default of xz needs
+_DICTIONARY = 1 << 27  # bytes of memory for xz, twice as much as its largest preset needs
 _CONVERT = "save its arrays by name with numpy.savez"
-# Compressions of joblib, keyed by their first bytes. gzip is zlib with another header.
+# The compressions that joblib uses: the first bytes of a file, and the decompressor. gzip is zlib
+# with another header.
 _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
     (b"\x78", zlib.decompressobj),
     (b"\x1f\x8b", lambda: zlib.decompressobj(31)),
@@ -30,19 +31,21 @@ _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
 
 
 class PosesError(TwistError):
-    """Raised if a file cannot be read as poses."""
+    """The error if a file cannot be read as poses."""
 
 
 def holds_poses(path: Path) -> bool:
-    """True if the file's name has a suffix of pose files. All other files are read as BVH."""
+    """Return True if a file has a suffix of pose files. All other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
 def read_names(path: Path) -> dict[Any, Any]:
-    """Return a file's contents, keyed by name, as arrays, dicts, lists, strings and numbers.
+    """Return the contents of a pose file, keyed by name.
 
-    Pickles, including pickled dicts inside an .npz, are read without running code
-    (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
+    The values are arrays, dicts, lists, strings and numbers. Pickles, including pickled dicts
+    inside an .npz, are read without running code
+    (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError if the file is
+    not a pose file, and OSError if it cannot be read.
     """
     if path.stat().st_size > LARGEST:
         raise _too_large(path, LARGEST)
@@ -71,7 +74,7 @@ def read_names(path: Path) -> dict[Any, Any]:
 
 
 def described(value: Any) -> str:
-    """Describe a value briefly, by the shape of an array or the contents of a dict or list."""
+    """Describe a value for a message: the shape of an array, or the contents of a dict or list."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, dict):
@@ -82,7 +85,7 @@ def described(value: Any) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a name for a message, shortened and on one line."""
+    """Shorten a text for a message, and replace unprintable characters such as line breaks."""
     return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
 

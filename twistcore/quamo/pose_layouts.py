@@ -1,4 +1,4 @@
-"""Read one person's poses of SMPL's joints from the layouts that pose estimators write."""
+"""Find the poses of a person in a pose file, in any of the layouts that pose estimators write."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from twistcore.quamo.topology import JOINTS
 from twistcore.skeleton.rotation import Array
 
 Names: TypeAlias = dict[Any, Any]
-RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
-# Poses of all joints in one array, the root's position, and the axis that points up. World
-# coordinates are preferred to camera coordinates, in which y points down.
+RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")  # names of the frame rate
+# The names of an array with the poses of all joints and of the root's position, and the axis that
+# points up. World coordinates are preferred to camera coordinates, in which y points down.
 _WHOLE = (
     ("pose_world", "trans_world", "y"),
     ("poses", "trans", "z"),
@@ -25,39 +25,40 @@ _WHOLE = (
     ("pred_rotmat", "pred_trans", "-y"),
 )
 _ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
-# Relative to a camera with an assumed focal length: the depth may be tens of metres, and may jump.
+# Positions relative to a camera with an assumed focal length. The depth may be tens of metres and
+# may jump.
 _CAMERA = ("pred_cam_t", "cam_t", "camera")
 _PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
 _FRAMES = ("frame_ids", "frame")
 _ROWS_AT = "reorganize_idx"  # the frame number of each row
 _OFFSETS = "offsets"
-_UP = "up"  # the up axis of the layout that contains the names
-_COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
-_BODY_JOINTS = 22  # without the hands, the same in all layouts
+_UP = "up"  # a name that this module adds for the up axis of a layout
+_COUNTS = (24, 22, 52, 55)  # numbers of joints: SMPL, SMPL without hands, SMPL-H and SMPL-X
+_BODY_JOINTS = 22  # joints without the hands, which are the same in all layouts
 _NUMERIC = (np.ndarray, np.generic, float, int)
-_MOST = 1_000_000  # frames; hours of video
-_UNSEEN = 100_000  # maximum of missing frames between given ones: an hour
-_PERSONS = 10_000
+_MOST = 1_000_000  # maximum number of frames, hours of video
+_UNSEEN = 100_000  # maximum number of missing frames, an hour
+_PERSONS = 10_000  # maximum number of people
 
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """One person's poses in the file's own axes, one row per video frame.
+    """The poses of one person in the axes of the file, one for each frame of the video.
 
     Attributes
     ----------
     rotations
-        Rotations of the 24 joints relative to SMPL's rest pose, shape (frames, 24, 4).
+        Local rotations of the 24 joints relative to SMPL's rest pose, shape (frames, 24, 4).
     places
         The root's positions, metres, shape (frames, 3).
     up
-        The layout's up axis ('y', 'z', '-y'), None if unknown.
+        The up axis of the layout: 'y', 'z' or '-y'; None if unknown.
     rate
-        Frames per second or None.
+        The number of frames per second, None if unknown.
     offsets
-        Rest offsets in the file, (24, 3) metres, or None.
+        The rest offsets in the file, metres, shape (24, 3); None if there are none.
     notes
-        One sentence for each assumption and each part that was left out.
+        A sentence for each assumption and each part that was left out.
     """
 
     rotations: Array
@@ -71,9 +72,9 @@ class Poses:
 def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     """Return the poses of one person in a file.
 
-    `person` is the person's number in the file, which is required if there are several people.
-    Missing frames are filled by slerp between their neighbours, and a note reports this. Raises
-    PosesError.
+    `names` contains the contents of the file, and `person` is the number of the person in the file,
+    which is required if there are several people. Missing frames are interpolated, and a note
+    reports this. Raises PosesError if the poses cannot be found.
     """
     persons = _persons(path, names)
     if None in persons:
@@ -94,9 +95,9 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 
 
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
-    """Return each person's arrays, keyed by the person's number, or None if there is no number.
+    """Return the arrays of each person, keyed by the person's number, or by None without numbers.
 
-    `inside` is True for the contents of a dict within the file's dict. At most one such dict is
+    `inside` is True for the contents of a dict within the dict of the file. Only one such level is
     opened, since a dict in a pickle may contain itself.
     """
     if not inside and isinstance(held := names.get("outputs"), dict):
@@ -124,10 +125,11 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays into persons along the first axis, which the root's position must also have.
+    """Split arrays with people along the first axis into the arrays of each person.
 
-    A second axis of length 1 means a single frame of each person if the whole-body poses have it
-    too, since no body has only one joint. In other arrays this axis is ignored.
+    The root's position must have this axis as well. A second axis of length 1 means that each
+    person has a single frame, but only if the poses have this axis too, since no body has only one
+    joint.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -153,7 +155,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split rows that mix people and frames into arrays for each person.
+    """Split arrays with one row for each person in each frame into the arrays of each person.
 
     World coordinates are used if the file has them.
     """
@@ -178,7 +180,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
     _check_persons(path, len(persons))
     every = np.split(np.argsort(which, kind="stable"), np.cumsum(counts)[:-1])
     for who, own in zip(persons, every, strict=True):
-        # The world is the first camera's, so y points down, as in camera coordinates.
+        # World coordinates are those of the camera in the first frame, so y points down.
         record = {"pose": poses[own], "trans": place[own]}
         at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
         out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at}
@@ -186,9 +188,9 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Split a list with one entry per frame into persons.
+    """Split entries for each frame into the arrays of each person.
 
-    The frames of a person are those in which the person was seen, without repeated last poses.
+    Frames in which a person was not seen, and the last pose is repeated, are left out.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -214,7 +216,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of a person's frames, for a message."""
+    """Return the number of frames of a person, for a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
@@ -223,7 +225,10 @@ def _frames(names: Names) -> int:
 
 
 def _poses(path: Path, names: Names) -> Poses:
-    """Return one person's poses. Raises PosesError with the array and, if possible, the frame."""
+    """Return the poses of one person, given the arrays of the person.
+
+    Raises PosesError, which names the wrong array and, if possible, the frame.
+    """
     notes: list[str] = []
     up: str | None
     rows = [row for row in _WHOLE if row[0] in names]
@@ -277,7 +282,10 @@ def _poses(path: Path, names: Names) -> Poses:
 
 
 def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
-    """Return the poses with one row for each frame from the first to the last frame number."""
+    """Interpolate missing frames, so that there is a pose for each frame number.
+
+    `numbered` is the name of the array with the frame number of each pose.
+    """
     ids = _numbers(path, names, numbered).ravel()
     if len(ids) != len(poses.rotations):
         raise PosesError(
@@ -307,7 +315,7 @@ def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
 
 
 def _numbers(path: Path, names: Names, name: str) -> Array:
-    """Return the named array as float64. A list of arrays of one shape is stacked."""
+    """Return the named array as float64, after stacking a list of arrays of the same shape."""
     found = names.get(name)
     if found is None:
         raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")
@@ -318,7 +326,7 @@ def _numbers(path: Path, names: Names, name: str) -> Array:
         found = np.asarray(found)
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         raise PosesError(f"{path}: expected numbers in {name!r}, found {described(found)}")
-    with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+    with np.errstate(invalid="ignore", over="ignore"):  # a signalling NaN causes a warning
         return np.asarray(found, dtype=np.float64)
 
 

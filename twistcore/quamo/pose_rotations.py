@@ -10,28 +10,32 @@ from scipy.spatial.transform import Rotation
 from twistcore.quamo.pose_files import PosesError
 from twistcore.skeleton.rotation import Array, exponential
 
-# Distance of RᵀR from I that rounding explains without a note, and the largest for which the
-# nearest rotation is right.
+# RᵀR of a matrix R in a file may deviate from I by the first value without a note, and by the
+# second value with a note. The nearest rotation is then used.
 _SILENT, _SAID = 1e-3, 0.05
 
 
 def pose_rotations(
     path: Path, name: str, values: Array, counts: tuple[int, ...], notes: list[str]
 ) -> Array:
-    """Return unit quaternions (frames, joints, 4) from axis-angle vectors (radians) or matrices.
+    """Convert axis-angle vectors or rotation matrices to unit quaternions, (frames, joints, 4).
 
     Raises PosesError if the shape is different, a number is not finite, or a matrix is not a
     rotation.
 
     Parameters
     ----------
+    path
+        The file, for error messages.
+    name
+        The name of the array in the file, for error messages and notes.
     values
-        Axis-angle vectors (frames, 3 joints) or (frames, joints, 3), or matrices (frames, 9
-        joints), (frames, joints, 3, 3) or, for one joint, shape (frames, 3, 3).
+        Axis-angle vectors in radians, shape (frames, 3·joints) or (frames, joints, 3), or matrices,
+        shape (frames, 9·joints), (frames, joints, 3, 3) or, for one joint, (frames, 3, 3).
     counts
         The allowed numbers of joints.
     notes
-        A list to which a sentence is added if matrices deviate from rotations by up to 0.001.
+        A list to which a sentence is added if matrices deviate from rotations by more than 0.001.
     """
     frames = len(values) if values.ndim else 0
     tail = values.shape[1:]
@@ -52,7 +56,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """Raise PosesError with the frame if a number is NaN, infinite or absurdly large."""
+    """Raise PosesError if a number is NaN, infinite or larger than a million."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])

@@ -1,4 +1,4 @@
-"""Make a clip from poses of SMPL's joints, as AMASS and video pose estimators write them."""
+"""Convert poses of SMPL's joints, as in files of AMASS or video pose estimators, to a clip."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, ske
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle, rotate
 
-# From a file's axes to the clip's, y up: quarter turns about x.
+# The turn about x, in radians, from a file with this axis up to a clip with y up.
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}
 UPS = tuple(_TURNS)
 
@@ -32,24 +32,35 @@ def read_poses(
     up: str | None = None,
     person: str | None = None,
 ) -> Clip:
-    """Return a clip of one person's poses, in metres and with y up (docs/quamo.md, *Use*).
+    """Read the poses of one person as a clip, in metres and with y up (docs/quamo.md, *Use*).
 
-    Bone lengths come from a BVH `template` with the 24 joints, whose rest pose may differ from
-    SMPL's (`rest_pose`), or from an array `offsets` (24, 3) in metres in the file. If the file has
-    `offsets`, they also define the rest pose and the root's rest position, even with a template.
-    The clip's warnings list all assumptions. Raises PosesError, BvhError, OSError.
+    The bone lengths come from a template or from an array `offsets` in the file, shape (24, 3), in
+    metres. If the file has `offsets`, they also define the rest pose and the root's rest position,
+    even with a template. The warnings of the clip list all assumptions.
 
     Parameters
     ----------
+    path
+        The pose file.
+    template
+        A BVH file with the 24 joints, whose rest pose may differ from SMPL's (see `rest_pose`).
     unit
-        Metres in one unit of the template, by default CMU's.
-    up
-        The axis that points up in the file, 'y', 'z' or '-y'. By default, it is the layout's axis
-        or the axis along which the figure is upright.
-    person
-        The person's number if there are several people.
+        The length of one unit of the template in metres, by default the unit of CMU's clips.
     fps
         The frame rate to use instead of the file's.
+    up
+        The axis that points up in the file: 'y', 'z' or '-y'. By default, the up axis of the
+        file's layout or, if unknown, the axis along which the figure is upright.
+    person
+        The number of the person, required if there are several people.
+
+    Raises
+    ------
+    TwistError
+        If the file or the template does not contain suitable poses or joints (`PosesError`), or if
+        the template is not a BVH file (`BvhError`).
+    OSError
+        If a file cannot be read.
     """
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps
@@ -63,7 +74,7 @@ def read_poses(
     axis, said = _upwards(poses, up)
     turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), _TURNS[axis])
     rotations[:, 0] = multiply(turn, rotations[:, 0])
-    # SMPL turns the root about its rest position, which is added in the file's axes.
+    # SMPL turns the root about its rest position, so this position is added in the file's axes.
     places = rotate(turn, poses.places + offsets[0])
     motion = Motion(skeleton_24(offsets), rotations, (0,), places[:, None], 1.0 / rate)
     clip = parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)
@@ -74,7 +85,10 @@ def read_poses(
 def _on_skeleton(
     path: Path, poses: Poses, template: Path | None, unit: float | None
 ) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return offsets (24, 3) in metres, rotations relative to this rest pose, and notes."""
+    """Return the rest offsets of the clip, the rotations relative to its rest pose, and notes.
+
+    The offsets are in metres, (24, 3), and the rotations have the shape (frames, 24, 4).
+    """
     given = poses.offsets
     if given is not None and (given.shape != (JOINTS, 3) or not np.isfinite(given).all()):
         raise PosesError(f"{path}: expected finite offsets of shape (24, 3), found {given.shape}")
@@ -89,18 +103,21 @@ def _on_skeleton(
     try:
         offsets = find_topology(source).offsets
         offsets = metres_per_unit(source, unit) * offsets
-        offsets[0] = 0.0  # a template's rest position of the root is not a position in world space
+        offsets[0] = 0.0  # the rest position of a template's root has no meaning
         change = rest_change(offsets, given)
     except TwistError as error:
         raise PosesError(f"{template}: {error}") from None
     if given is not None:
-        offsets[0] = given[0]  # but SMPL's rest position is
+        offsets[0] = given[0]
     return offsets, change.carried(poses.rotations), change.notes
 
 
 def _upwards(poses: Poses, asked: str | None) -> tuple[str, tuple[str, ...]]:
-    """Return the axis that points up, and notes if it was assumed or seems wrong."""
-    # The pelvis's own up direction, the second axis of SMPL's rest pose, over the clip.
+    """Return the axis that points up in the file, and notes if it was assumed or seems wrong.
+
+    `asked` is the axis that the user chose, or None.
+    """
+    # The mean direction of the pelvis's y axis, which points up in SMPL's rest pose.
     mean = rotate(poses.rotations[:, 0], np.array([0.0, 1.0, 0.0])).mean(axis=0)
     along = {"y": mean[1], "z": mean[2], "-y": -mean[1]}
     stands = max(along, key=lambda name: float(along[name]))

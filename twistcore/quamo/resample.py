@@ -1,4 +1,4 @@
-"""Resample a clip to 25 Hz, and apply the correction made at 25 Hz to the original clip."""
+"""Apply a correction that was computed at 25 Hz to a clip with another frame rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ __all__ = ["corrected", "resampled", "sample_times"]
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of a clip's 25 Hz samples, usually in fractional frames, (samples,)."""
+    """Return the times of the 25 Hz samples of a clip, in (fractional) frames, (samples,).
+
+    `frames` is the number of frames of the clip, and `dt` is its frame time in seconds.
+    """
     count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times
@@ -21,10 +24,26 @@ def sample_times(frames: int, dt: float) -> Array:
 def corrected(
     q: Array, r: Array, times: Array, q_in: Array, r_in: Array, q_out: Array, r_out: Array
 ) -> tuple[Array, Array]:
-    """Apply the samples' corrections q_out ⊗ q_in* and r_out − r_in to the clip.
+    """Apply the corrections of 25 Hz samples, q_out ⊗ q_in* and r_out − r_in, to a clip.
 
-    The correction is interpolated between samples, so a frame must wait for the next sample; after
-    the last sample the correction stays constant. Motion faster than 12.5 Hz stays in the clip.
+    The corrections are interpolated between samples, so a frame must wait for the next sample. They
+    are constant after the last sample. Motion faster than 12.5 Hz does not change.
+
+    Parameters
+    ----------
+    q, r
+        The rotations and positions of the clip, shape (frames, …, 4) and (frames, 3).
+    times
+        The times of the samples, from :func:`sample_times`.
+    q_in, r_in
+        The samples before the correction.
+    q_out, r_out
+        The samples after the correction.
+
+    Returns
+    -------
+    q, r : ndarray
+        The corrected rotations and positions of the clip.
     """
     turn, shift = multiply(q_out, conjugate(q_in)), r_out - r_in
     step = times[1] - times[0] if len(times) > 1 else 1.0

@@ -1,4 +1,4 @@
-"""Lag and overshoot of causal tracking with hand-tuned gains."""
+"""Compute the lag and the overshoot of causal tracking with hand-tuned gains."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.tracker import HandGains, track
 from twistcore.skeleton.rotation import quaternion_from_axis_angle
 
-_STEP = np.radians(30.0)  # small enough for a linear response, and a realistic step of a joint
-_FRAMES = 200
+_STEP = np.radians(30.0)  # small enough for a linear response, and realistic for a joint
+_FRAMES = 200  # length of the simulated step response
 
 
 def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the lags in seconds of a joint and of the root's position behind a steady motion.
+    """Return the lags of a joint and of the root's position behind steady motion, in seconds.
 
-    A joint lags by 2κD/κP − Δt, since the error of a rotation is sin(θ/2), and the root's position
-    by κD/κP − Δt. If gains differ, the largest lag is returned. The lag is infinite if κP is 0.
+    A joint lags by 2κD/κP − Δt, since the error of a rotation by θ is sin(θ/2), and the root's
+    position lags by κD/κP − Δt. If the gains of joints differ, the largest lag is returned. The lag
+    is infinite if κP is 0. `dt` is the frame time Δt in seconds.
     """
     with np.errstate(divide="ignore"):
         joint = 2.0 * np.divide(gains.kd, gains.kp) - dt
@@ -25,10 +26,10 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the overshoots of a joint and of the root at a step in a causal pass, as fractions.
+    """Return the overshoots of a joint and of the root's position after a step, as fractions.
 
-    The joint makes a step of 30°. Gains must be numbers that are the same for every joint. Raises
-    UnstableGainsError if they diverge.
+    The step of the joint is 30°. The gains must be numbers, the same for every joint. `dt` is the
+    frame time in seconds. Raises UnstableGainsError if the gains diverge.
     """
     angle = np.where(np.arange(_FRAMES) > 0, _STEP, 0.0)
     q = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), angle)[:, None]
@@ -39,10 +40,10 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe the lag and overshoot of `name` in a causal pass.
+    """Describe the lag and the overshoot of a causal pass in words.
 
-    `late` is the lag in seconds, and `over` is the overshoot. A pass at a few frames per second
-    runs ahead of a steady motion. With κP = 0, it does not follow.
+    `name` is the name of the tracked quantity, `late` is its lag in seconds, and `over` is its
+    overshoot as a fraction. At a few frames per second, the lag is negative.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

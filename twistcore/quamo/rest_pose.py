@@ -1,16 +1,17 @@
-"""Transfer poses relative to SMPL's rest pose to a skeleton with a different rest pose.
+"""Transfer poses from SMPL's rest pose to a skeleton with a different rest pose.
 
-In SMPL, a joint's rotation turns its bones from their direction in a T-pose: y up, the figure
-facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart or
-whose arms hang, the same numbers point the bones in other directions. Let A be the rotation that
-carries a joint's bones from the skeleton's rest pose into SMPL's (A d = d_SMPL). The joint's world
-rotation G then becomes G A, which gives the bone the same direction as in SMPL, G A d = G d_SMPL,
-so the local rotation q becomes A_parent⁻¹ q A.
+In SMPL, the rotation of a joint turns its bones from their directions in a T-pose: y is up, the
+figure faces z with its left side at +x, its legs are straight down, and its arms are level. On a
+skeleton whose legs are apart or whose arms hang, the same rotations result in other directions. Let
+A be the rotation from the direction d of a bone in the skeleton's rest pose to its direction in
+SMPL's, d_SMPL = A d. If the world rotation G of the joint is replaced by G A, the bone has the same
+direction as in SMPL, since G A d = G d_SMPL. The local rotation q must therefore be replaced by
+A_parent⁻¹ q A.
 
-The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn, so
-it changes a limb's roll no more than lifting the limb sideways. The directions of SMPL's own bones
-differ from the axes by some degrees from body to body, so a limb within that angle of its axis is
-not turned.
+The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest possible
+turn, so it changes the roll of a limb no more than lifting the limb sideways. In SMPL itself, the
+directions of bones differ from the axes by some degrees from body to body, so a limb within that
+angle of its axis is not turned.
 """
 
 from __future__ import annotations
@@ -34,9 +35,9 @@ from twistcore.skeleton.rotation import (
 )
 
 _X, _Y, _Z = np.eye(3)
-# The joint, its child, the direction of the bone between them in the T-pose, the angle within which
-# it is not turned (degrees; in SMPL itself, feet point down by some 25), and the largest angle for
-# which the direction of the turn is certain.
+# For each limb: the joint, its child, the direction of the bone between them in the T-pose, the
+# angle within which the bone is not turned, and the largest angle for which the direction of the
+# turn is certain. Angles are in degrees. In SMPL itself, feet point down by about 25°.
 _LIMBS = (
     *((j, j + 3, -_Y, 8.0, 60.0) for j in (1, 2, 4, 5)),
     *((j, j + 3, _Z, 50.0, 100.0) for j in ANKLES),
@@ -45,20 +46,20 @@ _LIMBS = (
       for j, x in ((first, _X), (first + 1, -_X))),
 )  # fmt: skip
 _HIPS, _CHEST, _HEAD = (1, 2), 9, 15
-_ASKEW = 30.0  # degrees between the body's own axes and those of the file
-_SHORT = 1e-6  # share of the body's size below which a bone has no direction
+_ASKEW = 30.0  # maximum angle in degrees between the axes of the body and of the file
+_SHORT = 1e-6  # share of the body's size; a shorter bone has no direction
 
 
 @dataclass(frozen=True, eq=False)
 class RestChange:
-    """The rotations from a skeleton's rest pose into SMPL's rest pose.
+    """The rotations from the rest pose of a skeleton to SMPL's rest pose.
 
     Attributes
     ----------
     turns
-        Unit quaternions A, shape (24, 4).
+        The rotation A of each joint as a unit quaternion, shape (24, 4).
     notes
-        One sentence for each turned part of the body.
+        Sentences about the differences between the rest poses.
     """
 
     turns: Array
@@ -74,13 +75,24 @@ class RestChange:
 
 
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
-    """Return the rotations between SMPL's rest pose and the rest pose with the offsets (24, 3).
+    """Compute the rotations from the rest pose of a skeleton to SMPL's rest pose.
 
-    `rest` are SMPL's own offsets for this body, shape (24, 3), if available. The limbs are then
-    turned onto these offsets, even by small angles. Without them, the limbs are turned onto the
-    axes of the T-pose. The trunk keeps its shape. Hips, spine and collars, where several bones meet
-    at one joint, turn with the whole body by quarter turns. Raises TwistError if the quarter turns
-    are ambiguous.
+    The trunk keeps its shape: hips, spine and collars, where several bones meet at one joint, turn
+    with the whole body by quarter turns.
+
+    Parameters
+    ----------
+    offsets
+        The rest offsets of the skeleton, shape (24, 3).
+    rest
+        The rest offsets of SMPL's skeleton for the same body, shape (24, 3). If they are given, the
+        limbs are turned onto them, even by small angles. If not, the limbs are turned onto the axes
+        of the T-pose.
+
+    Raises
+    ------
+    TwistError
+        If the rest pose is not upright along an axis, or a limb is too far from the T-pose.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)
@@ -97,7 +109,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         if rest is not None and np.linalg.norm(rest[below]) > 0.0:
             wanted, tolerance = normalise(rest[below]), 0.0
         length = float(np.linalg.norm(offsets[below]))
-        if length <= _SHORT * size:  # without a bone here, it turns with the joint above
+        if length <= _SHORT * size:  # a joint without a bone turns with the joint above
             if parent in own:
                 turns[j] = turns[parent]
             continue
@@ -128,7 +140,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
 
 
 def _body(offsets: Array) -> Array:
-    """Return the quarter turns, (4,), that make the rest pose upright along y and facing z."""
+    """Return the rotation by quarter turns, (4,), that makes a rest pose upright and facing z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
@@ -158,7 +170,7 @@ def _body(offsets: Array) -> Array:
 
 @cache
 def _quarter_turns() -> tuple[Array, ...]:
-    """Return the 24 rotations that map coordinate axes to coordinate axes."""
+    """Return the 24 rotation matrices that map coordinate axes to coordinate axes."""
     found = []
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -179,7 +191,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from unit vector a to b, (4,). They must not be opposite."""
+    """Return the smallest rotation from a unit vector a to b, (4,), which must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

@@ -1,18 +1,19 @@
-"""Smooth a whole clip offline with a discrete smoothing spline instead of a tracker.
+"""Smooth a whole clip with a discrete smoothing spline, as an alternative to the tracker.
 
-Each curve y(t) over n frames is replaced by the x(t) that minimises
+Each curve y(t) is replaced by the curve x(t) that minimises
 
     Σ |x(t) − y(t)|² + λ Σ |x(t−1) − 2x(t) + x(t+1)|²,   λ = (2 sin πfΔt)⁻⁴   [Whittaker 1923]
 
-so that a sine of f Hz, the cut-off, keeps half of its amplitude and slower ones keep more, all
-without a shift in time. The gain is 1/(1 + λ (2 sin πf'Δt)⁴), as with a second-order Butterworth
-filter run in both directions, but the ends need no invented frames. A straight line is unchanged,
-to 1e-6 of its size at the lowest allowed cut-off, a thousandth of the frame rate.
+A sine with the cut-off frequency f keeps half of its amplitude, and a slower sine keeps more, all
+without a shift in time. The gain at a frequency f' is 1/(1 + λ (2 sin πf'Δt)⁴), as with a
+second-order Butterworth filter that is run in both directions, but no frames must be invented at
+the ends. A straight line does not change by more than 1e-6 of its size, even at the lowest allowed
+cut-off, a thousandth of the frame rate.
 
-Rotations are smoothed in the four components of their quaternions, each in the hemisphere of the
-previous one, and scaled to unit length again. This method commutes with any fixed rotation from the
-left or the right, has no wrap, and leaves a steady turn about one axis unchanged except near the
-ends.
+The four components of quaternions are smoothed separately, with each quaternion in the hemisphere
+of the previous one, and then scaled to unit length. The result is independent of the coordinate
+system, has no discontinuity at ±180°, and leaves a steady turn about one axis unchanged except near
+the ends.
 """
 
 from __future__ import annotations
@@ -24,30 +25,31 @@ from twistcore.errors import TwistError
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.skeleton.rotation import Array, continuous_signs, normalise
 
-# Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
+# The default cut-off in Hz in a clip with 25 frames per second, chosen on the training subjects by
+# `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
-PLACE_SHARE = 0.75  # cut-off for the root's position relative to the cut-off for rotations: 3 Hz
-_HIGHEST_USUAL = 0.4  # usual cut-off times frame time
-_LOWEST = 1e-3  # cut-off times frame time
-_SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
+PLACE_SHARE = 0.75  # cut-off for the root's position as a share of the cut-off for rotations
+_HIGHEST_USUAL = 0.4  # highest default cut-off, as a share of the frame rate
+_LOWEST = 1e-3  # lowest allowed cut-off, as a share of the frame rate
+_SECOND = np.array([1.0, -2.0, 1.0])  # the weights of a second difference
 
 
 def usual_cutoff(dt: float) -> float:
-    """Return the default cut-off for a frame time: 4 Hz at 25 fps, 5 at 60, and 5.9 at 120.
+    """Return the default cut-off in Hz for a frame time of `dt` seconds.
 
-    The noise in a frame is assumed to be the same at any rate. With more frames per second, each
-    frame's noise then matters less, in proportion to Δt. The best weight of the spline's roughness,
-    f⁻⁴, should therefore be proportional to Δt as well. Below 7.4 fps the cut-off is 0.4 of the
-    frame rate, which is always allowed.
+    It is 4 Hz at 25 frames per second, 5 Hz at 60, and 5.9 Hz at 120. The noise of a frame is
+    assumed to be the same at any rate, so with more frames per second, the noise of each frame
+    matters less, in proportion to `dt`. The weight of the roughness, about f⁻⁴, is therefore
+    proportional to `dt` as well. Below 7.4 frames per second, the cut-off is 0.4 of the frame rate.
     """
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
 def check_cutoff(cutoff: float, dt: float) -> None:
-    """Raise TwistError if the cut-off (Hz) does not fit the frame time.
+    """Raise TwistError if a cut-off in Hz does not fit a frame time of `dt` seconds.
 
-    The cut-off must be less than half of the frame rate and, because of rounding, at least a
-    thousandth of it.
+    The cut-off must be below half of the frame rate and, because of rounding, at least a thousandth
+    of it.
     """
     if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(
@@ -58,11 +60,29 @@ def check_cutoff(cutoff: float, dt: float) -> None:
 
 
 def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None) -> Array:
-    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
+    """Smooth values over time with a spline.
 
-    `span` are the frames [start, stop) to smooth, by default all. The frames around it do not
-    change, and the spline continues their values and speeds. A span in fewer than three frames is
-    returned unchanged. Raises TwistError if the cut-off (Hz) does not fit the frame time.
+    Parameters
+    ----------
+    values
+        The values, shape (frames, …).
+    cutoff
+        The cut-off in Hz.
+    dt
+        The frame time in seconds.
+    span
+        The frames [start, stop) to smooth, by default all. The frames around it do not change, and
+        the spline continues their values and speeds.
+
+    Returns
+    -------
+    ndarray, shape (frames, …)
+        The smoothed values. They do not change if there are fewer than three frames.
+
+    Raises
+    ------
+    TwistError
+        If the cut-off does not fit the frame time.
     """
     start, stop = span or (0, len(values))
     low, high = max(start - 2, 0), min(stop + 2, len(values))
@@ -91,9 +111,10 @@ def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | No
 def smoothed_rotations(
     q: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None
 ) -> Array:
-    """Return smoothed rotations (frames, …, 4); the signs of the quaternions do not matter.
+    """Smooth rotations over time with a spline, (frames, …, 4) → (frames, …, 4).
 
-    Rotations outside the span [start, stop), if one is given, do not change.
+    The signs of the quaternions do not matter. The other parameters and the errors are the same as
+    for :func:`smoothed`.
     """
     if span is None:
         return normalise(smoothed(continuous_signs(q), cutoff, dt))

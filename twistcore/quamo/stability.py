@@ -1,4 +1,4 @@
-"""Check that the gains keep the linearised tracking step from diverging."""
+"""Check that tracking with given gains does not diverge."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from twistcore.skeleton.rotation import Array
 
 
 class UnstableGainsError(TwistError):
-    """Raised for gains that would make the tracker diverge at this frame time."""
+    """The error for gains with which the tracker would diverge at the given frame time."""
 
 
 def check_stability(gains: Gains, dt: float) -> None:
-    """Raise UnstableGainsError unless 0 < κDΔt < 2 and cΔt² < 4 − 2κDΔt.
+    """Raise UnstableGainsError unless 0 < κDΔt < 2 and 0 ≤ cΔt² < 4 − 2κDΔt.
 
-    Linearised about the reference, the step is x'' with a stiffness c, which is κP/2 for rotations,
-    whose error is sin(θ/2), and κP for the translation. Jury's stability criterion for the discrete
-    step gives these bounds. The frame time and the gains must also be finite numbers.
+    These bounds follow from Jury's stability criterion for the discrete step, linearised about the
+    reference. The stiffness c is κP/2 for rotations, whose error is sin(θ/2), and κP for the root's
+    position. The frame time Δt, `dt` in seconds, must be above 0, and all gains must be finite.
     """
     if not (np.isfinite(dt) and dt > 0.0):
         raise UnstableGainsError(f"expected a frame time above 0 seconds, found {dt:g}")

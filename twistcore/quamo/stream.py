@@ -1,4 +1,4 @@
-"""Track a stream of poses without jitter: one pose in, one pose out."""
+"""Track a stream of noisy poses, one at a time."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from twistcore.skeleton.rotation import Array
 
 
 class Tracker:
-    """Follow a stream of poses, one at a time, without waiting for later ones.
+    """A tracker that removes jitter from a stream of poses without waiting for later poses.
 
-    The results are those of :func:`track` and of `twistcore quamo refine --causal` for the same
-    poses. A new stream, or a stream after a cut, needs a new tracker.
+    The results are the same as those of :func:`track` and of `twistcore quamo refine --causal`. A
+    new stream, or a stream after a cut, needs a new tracker.
 
     Parameters
     ----------
     fps
-        Poses per second, on which the default gains depend.
+        The number of poses per second, on which the default gains depend.
     controller
         The source of the gains, by default :class:`HandGains`.
 
@@ -43,7 +43,7 @@ class Tracker:
         self._stepper = Stepper(controller or HandGains())
 
     def step(self, pose: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
-        """Return the tracked pose after this pose of the stream.
+        """Return the tracked pose after the next pose of the stream.
 
         Parameters
         ----------
@@ -54,15 +54,15 @@ class Tracker:
         Returns
         -------
         tuple
-            The tracked rotations and position, with the same shapes. The first pose is returned
-            as it is.
+            The tracked rotations and position, with the same shapes. With hand-tuned gains, the
+            tracker starts exactly at the first pose.
 
         Raises
         ------
         TwistError
             If a number is not finite or a quaternion has length 0.
         UnstableGainsError
-            If the controller's gains diverge at this rate.
+            If the gains of the controller diverge at this number of poses per second.
         """
         state = self._stepper.step(*pose, self._dt).state
         return state.q, state.r

@@ -1,4 +1,4 @@
-"""Reduce a CMU clip to the 24 joints of the networks and metrics."""
+"""Find the 24 joints of SMPL, which the networks and metrics use, in another skeleton."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from twistcore.work.frozen import dataclass
 
 CMU_UNIT = 0.056444  # metres: lengths in CMU's skeletons are inches divided by 0.45
 
-# SMPL's order, so that its poses need no reordering; each with the corresponding joint of CMU.
+# The joints are in SMPL's order, so that its poses need not be reordered. CMU_NAMES contains the
+# corresponding joints of CMU's skeletons, and MIRROR the index of each joint on the other side.
 SMPL_NAMES, PARENTS = BODIES[24].names, tuple(BODIES[24].parents.tolist())
 CMU_NAMES = (
     "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
@@ -30,15 +31,17 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The 24 joints within another skeleton.
+    """The 24 joints within a skeleton.
 
     Attributes
     ----------
     joints
-        Index of each of the 24 joints in that skeleton.
+        The index of each of the 24 joints in the skeleton, shape (24,).
     folded
-        For each of the 24 joints, the joints between it and its parent among the 24, from the top.
-        Their rotations are combined with the joint's own.
+        For each of the 24 joints, the indices of the joints between it and its parent among the 24,
+        from the top. Their rotations are combined with the rotation of the joint.
+    skeleton
+        The skeleton.
     """
 
     joints: NDArray[np.int64]
@@ -47,7 +50,7 @@ class Topology:
 
     @cached_property
     def offsets(self) -> Array:
-        """Return the rest offsets of the 24 joints, with the folded joints at rest, (24, 3)."""
+        """The rest offsets of the 24 joints, in the unit of the skeleton, (24, 3)."""
         own = self.skeleton.offsets
         parts = [
             own[j] + own[list(f)].sum(axis=0) for j, f in zip(self.joints, self.folded, strict=True)
@@ -55,7 +58,7 @@ class Topology:
         return np.stack(parts)
 
     def reduced(self, rotations: Array) -> Array:
-        """Return local rotations of the 24 joints, (frames, joints, 4) -> (frames, 24, 4)."""
+        """Return the local rotations of the 24 joints, (frames, joints, 4) → (frames, 24, 4)."""
         out = rotations[:, self.joints].copy()
         for k, above in enumerate(self.folded):
             for joint in reversed(above):
@@ -63,7 +66,11 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return the skeleton's rotations that reduce to `reduced`. Other joints do not change."""
+        """Return rotations of the skeleton with given rotations of the 24 joints, the inverse.
+
+        `reduced` contains the rotations of the 24 joints, (frames, 24, 4), and `rotations` those of
+        the skeleton, (frames, joints, 4), in which all other joints keep their rotations.
+        """
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]
@@ -74,9 +81,9 @@ class Topology:
 
 
 def find_topology(skeleton: Skeleton) -> Topology:
-    """Find the 24 joints by the names of CMU or SMPL.
+    """Find the 24 joints in a skeleton by their names in CMU's or SMPL's skeleton.
 
-    Raises TwistError if one is missing, or if the hierarchy is different.
+    Raises TwistError if a joint is missing or the hierarchy is different.
     """
     for names in (CMU_NAMES, SMPL_NAMES):
         if set(names) <= set(skeleton.names):
@@ -109,10 +116,10 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return the metres per unit of a skeleton: `unit` if given, or the value for CMU's skeletons.
+    """Return the length of one unit of a skeleton in metres: `unit` if given, or CMU's unit.
 
-    Raises TwistError if the unit is unknown because the joint names are not CMU's or the height in
-    metres would be impossible for a person.
+    Raises TwistError if the unit is not given and cannot be CMU's, because the joint names are
+    different or the height is impossible for a person.
     """
     if unit is not None:
         return unit
@@ -125,12 +132,16 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
 
 
 def skeleton_24(offsets: Array) -> Skeleton:
-    """Return a skeleton of the 24 joints with these rest offsets, (24, 3)."""
+    """Return a skeleton of the 24 joints with the given rest offsets, (24, 3)."""
     return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
 
 
 def places_24(offsets: Array, q: Array, r: Array) -> Array:
-    """Return joint positions, (…, 24, 4), (…, 3) → (…, 24, 3), in the unit of offsets and r."""
+    """Return the positions of the 24 joints in world space, (…, 24, 3).
+
+    `offsets` contains the rest offsets, (24, 3), `q` the local rotations, (…, 24, 4), and `r` the
+    root's positions, (…, 3). All lengths have the same unit.
+    """
     turned = np.empty(q.shape)
     out = np.empty((*q.shape[:-1], 3))
     for k, parent in enumerate(PARENTS):

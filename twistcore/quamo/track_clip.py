@@ -1,7 +1,7 @@
-"""Track chosen joints with hand-tuned gains at the clip's rate, or with learned gains at 25 Hz.
+"""Track or smooth chosen joints of a clip.
 
-Tracking is causal or, if the whole clip is available, runs forward and backward within each capture
-between cuts.
+The tracker uses hand-tuned gains at the frame rate of the clip, or learned gains at 25 Hz. Tracking
+is causal, or runs forward and backward in each capture between cuts.
 """
 
 from __future__ import annotations
@@ -34,22 +34,23 @@ _STILL = 1e-4  # rounding error of a quaternion, or of a position relative to it
 
 @dataclass(frozen=True, eq=False)
 class TrackedMotion:
-    """A tracked motion.
+    """A tracked motion, with information about the tracking.
 
     Attributes
     ----------
+    motion
+        The tracked motion.
     snapped
-        Joints that were reset to the input.
+        Mask of the joints that were reset to the input, shape (frames, joints).
     apart
-        Joints whose rotations in the two passes differ by more than 90°. Both masks have the shape
-        (frames, joints of the skeleton).
+        Mask of the joints whose rotations in the two passes differ by more than 90°, shape (frames,
+        joints).
     passes
-        If requested, the steps of the forward pass, followed by those of the backward pass if there
-        was one.
+        If requested, the steps of the forward pass and, if there was one, of the backward pass.
     at
-        Time of each step, in frames of the clip (fractional at 25 Hz).
+        The time of each step in (fractional) frames of the clip, shape (steps,).
     joints
-        The skeleton's index of each joint in a step.
+        The index in the skeleton of each joint of a step.
     """
 
     motion: Motion
@@ -61,9 +62,10 @@ class TrackedMotion:
 
 
 def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
-    """Return the indices of the named joints, or of all writable joints if no name is given.
+    """Return the indices of the named joints, or of all joints that can be written.
 
-    Raises TwistError if a named joint does not exist or is not writable.
+    A joint can be written if it has three rotation channels. Raises TwistError if a named joint
+    does not exist or cannot be written.
     """
     rotatable = skeleton.rotatable
     able = np.ones(len(skeleton), dtype=np.bool_) if rotatable is None else rotatable
@@ -81,7 +83,10 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Return the joints that the networks can track. If strict, raise TwistError for any other."""
+    """Return those of the given joints that are among the 24 joints of the networks.
+
+    If `strict` is True, raises TwistError if a joint is not among them.
+    """
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
@@ -90,12 +95,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that moves the figure as a whole, or None.
+    """Return the joint whose position channels move the whole figure, or None.
 
-    This is the topmost moving joint with at least half of the joints below it: usually the root,
-    but in some rigs the root is still and the hips below it move. If no such joint moves, the root
-    is returned, or None if it has no position channels. Movement in a T-pose at an end of the clip
-    or across a cut is ignored.
+    This is the topmost joint that moves and has at least half of all joints in its subtree. It is
+    usually the root, but in some rigs the root is still and the hips below it move. If no such
+    joint moves, the root is returned. The result is None if no joint has position channels.
+    Movement in a T-pose at an end of the clip or across a cut is ignored.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -109,7 +114,11 @@ def placed_joint(motion: Motion) -> int | None:
 
 
 def check_place(motion: Motion, *, learned: bool = False) -> None:
-    """Raise TwistError if the figure's position cannot be tracked."""
+    """Raise TwistError if the position of the figure cannot be tracked.
+
+    It must have position channels. `learned` is True for learned gains, which track only the
+    position of the root of the 24 joints.
+    """
     if (placed := placed_joint(motion)) is None:
         raise TwistError(
             "expected position channels (usually of the root) to track the figure's position"
@@ -126,10 +135,11 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the untracked joints that turn and of the untracked joints that move.
+    """Return the names of the joints that turn or move but are not tracked.
 
-    `joints` are the joints whose rotation is tracked or smoothed. `placed` is the joint whose
-    position is tracked, or None.
+    `joints` contains the joints whose rotations are tracked or smoothed, and `placed` is the joint
+    whose position is tracked, or None. The result consists of the names of the joints that turn and
+    of the joints whose position changes.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -148,7 +158,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range of values (frames, n, components) within any capture, (n,)."""
+    """Return the largest range of values, (frames, n, components), within a capture, (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -166,21 +176,28 @@ def track_by_hand(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Track with hand-tuned gains at the clip's own rate, on which the default gains depend.
+    """Track joints with hand-tuned gains at the frame rate of the clip.
 
     Raises UnstableGainsError if the gains diverge at this rate.
 
     Parameters
     ----------
+    motion
+        The motion.
+    joints
+        The indices of the joints to track.
+    gains
+        The gains, by default :meth:`Gains.by_hand` for the frame rate.
     causal
-        False to run forward and backward (:func:`track_both_ways`) in each of :func:`pieces`
-        separately.
+        If False, each of :func:`pieces` is tracked forward and backward (:func:`track_both_ways`).
     place
-        True to track the position of :func:`placed_joint` too, if there is one.
+        If True, the position of :func:`placed_joint` is tracked as well.
     first
-        The first frame to track. Earlier frames, such as a T-pose, are unchanged.
+        The first frame to track. Earlier frames, such as a T-pose, do not change.
+    keep_steps
+        If True, the result contains all steps.
     tell
-        Called with the completed share.
+        Function that is called with the progress, from 0 to 1.
     """
     placed = placed_joint(motion) if place else None
     root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
@@ -214,22 +231,29 @@ def track_learned(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Track with a network's gains at 25 Hz and apply the correction to the clip.
+    """Track joints with the gains of a network at 25 Hz, and apply the correction to the clip.
 
     Each frame waits for the next 25 Hz sample. All 24 joints are tracked, since the network uses
-    the whole body, but only `joints` are changed.
+    the whole body, but only the given joints are changed. Raises TwistError if the clip does not
+    have these joints, or no position channels of the root.
 
     Parameters
     ----------
+    motion
+        The motion.
+    joints
+        The indices of the joints to change. Joints that are not among the 24 are left out.
+    network
+        The network.
     unit
-        Metres in one unit of the clip.
+        The length of one unit of the clip in metres, by default CMU's unit.
     causal
-        False to run forward and backward in each of :func:`pieces` separately, with a network start
-        at either end.
+        If False, each of :func:`pieces` is tracked forward and backward, with an initial state from
+        the network at either end.
     place
-        See :func:`check_place`.
-    tell
-        Called with the completed share.
+        If True, the position of the root is tracked as well (see :func:`check_place`).
+    first, keep_steps, tell
+        The same as for :func:`track_by_hand`.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
@@ -271,11 +295,11 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline instead of the tracker.
+    """Smooth joints with a spline in each of :func:`pieces`.
 
-    The spline needs the whole clip. `cutoff` is the cut-off for rotations in Hz, by default
-    :func:`usual_cutoff`; the position uses three quarters of it. The other parameters are those of
-    :func:`track_by_hand`. Raises TwistError if the cut-off does not fit the clip's rate.
+    `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`. The cut-off for
+    the position is three quarters of it. The other parameters are the same as for
+    :func:`track_by_hand`. Raises TwistError if the cut-off does not fit the frame rate of the clip.
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
@@ -291,10 +315,16 @@ def smooth_clip(
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Frames that are tracked together.
+    """The result of tracking a span of frames.
 
-    `at` are the times of the steps in frames of the clip. `q`, shape (frames, joints, 4), and `r`,
-    shape (frames, 3), are the rotations and positions to write.
+    Attributes
+    ----------
+    found
+        The result of the tracker.
+    at
+        The times of the steps in (fractional) frames of the clip.
+    q, r
+        The rotations, shape (frames, joints, 4), and positions, shape (frames, 3), to write.
     """
 
     found: TrackResult
@@ -304,7 +334,10 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track. A causal pass has only one: cuts in a stream are unknown."""
+    """Return the spans to track: the captures or, for a causal pass, all frames as one span.
+
+    In a causal pass, cuts are unknown.
+    """
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -317,9 +350,10 @@ def _tracked(
     placed: int | None,
     tell: Tell,
 ) -> TrackedMotion:
-    """Return the motion tracked by `run`.
+    """Track each span with the function `run`, and combine the results.
 
-    `joints` are the joints to write, and `stepped` are the joints of a step.
+    `joints` contains the joints to write, `stepped` the joints of a step, and `placed` is the joint
+    whose position is written, or None.
     """
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
@@ -355,7 +389,10 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with the rotations and positions of each part."""
+    """Return the motion with new rotations of joints and positions of the joint `placed`.
+
+    Each part consists of the first frame, the rotations and the positions.
+    """
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:
         rotations[start : start + len(q), joints] = q

@@ -1,4 +1,7 @@
-"""Follow a noisy reference frame by frame, without looking at later frames."""
+"""Track a noisy reference frame by frame, without looking at later frames [Le26].
+
+q̂ is the reference of the rotations of all joints, and r̂ is the reference of the root's position.
+"""
 
 from __future__ import annotations
 
@@ -26,18 +29,24 @@ from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-LOST_AFTER = 5  # frames
+LOST_AFTER = 5  # number of frames after which a joint far from its reference is reset
 LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # a smaller |q·q̂| means an error above 90°
-_TELL_EVERY = 25  # frames
-_NAMED, _JOINTS_NAMED = 10, 6  # maximum number of frame runs and of joints in a sentence
+_TELL_EVERY = 25  # number of frames between reports of the progress
+_NAMED, _JOINTS_NAMED = 10, 6  # maximum number of frame ranges and of joints in a sentence
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The tracker's state: rotations q, angular velocities ω, position r and velocity v.
+    """The state of the tracker after a step.
 
-    q has the shape (…, joints, 4), ω has the shape (…, joints, 3) in rad/s, and r and v have the
-    shape (…, 3).
+    Attributes
+    ----------
+    q
+        The local rotations, shape (…, joints, 4).
+    omega
+        The angular velocities ω, rad/s, shape (…, joints, 3).
+    r, v
+        The position and the velocity of the root, shape (…, 3).
     """
 
     q: Array
@@ -47,28 +56,32 @@ class State:
 
 
 class Controller(ABC):
-    """The source of each step's gains, tuned by hand or computed by a network."""
+    """The source of the gains of each step, tuned by hand or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the state at the first reference, by default at rest there."""
+        """Return the initial state for the first reference, by default this reference at rest."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller that runs forward and backward at once, by default this one.
+        """Return a controller for a forward and a backward pass together, by default this one.
 
-        The references q_two (frames, 2, …, joints, 4) and r_two (frames, 2, …, 3) are in forward
-        and in backward order.
+        The references `q_two`, (frames, 2, …, joints, 4), and `r_two`, (frames, 2, …, 3), are in
+        forward and in backward order.
         """
         del q_two, r_two
         return self
 
     @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of the step to this reference, which is in the state's hemisphere."""
+        """Return the gains of the step from a state to the next reference.
+
+        The quaternions of the reference are in the hemisphere of the state, and `dt` is the frame
+        time in seconds.
+        """
 
 
 class HandGains(Controller):
-    """Hand-tuned gains for all frames. They must be stable at the clip's frame time.
+    """A controller with the same hand-tuned gains in all frames.
 
     Parameters
     ----------
@@ -84,12 +97,12 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller for a forward and backward pass, with the given or default gains."""
+        """Return a controller with the given gains, or with the default gains for both passes."""
         del q_two, r_two
         return HandGains(self._given, causal=False)
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the constant gains. Raises UnstableGainsError if they diverge at frame time dt."""
+        """Return the constant gains. Raises UnstableGainsError if they diverge at `dt` seconds."""
         del state, q_hat, r_hat
         if dt != self._checked:
             gains = self._given or Gains.by_hand(dt, causal=self._causal)
@@ -100,16 +113,16 @@ class HandGains(Controller):
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """The result of one frame.
+    """The result of one step of the tracker.
 
     Attributes
     ----------
     state
         The state after the step.
     snapped
-        True for joints that lost the reference and were reset to it, shape (…, joints).
+        True for joints that were far from the reference and were reset to it, shape (…, joints).
     gains, parts
-        Gains and acceleration terms of the step, None in the first frame, where tracking starts.
+        The gains and the acceleration terms of the step; None in the first frame.
     """
 
     state: State
@@ -119,9 +132,14 @@ class Step:
 
 
 class Stepper:
-    """The tracker's steps and their state, called once per frame with all joints.
+    """A tracker that is called once per frame with the reference of all joints.
 
-    `integration` is 'exact' or 'first-order'.
+    Parameters
+    ----------
+    controller
+        The source of the gains.
+    integration
+        The method of integrating rotations, 'exact' or 'first-order'.
     """
 
     def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
@@ -132,10 +150,24 @@ class Stepper:
         self._lost: NDArray[np.int64] | None = None
 
     def step(self, q_hat: ArrayLike, r_hat: ArrayLike, dt: float) -> Step:
-        """Return the pose after the reference q̂ (…, joints, 4), r̂ (…, 3), dt seconds later.
+        """Track the next reference.
 
-        The first call starts at the reference and ignores dt. q̂ is normalised, and its sign does
-        not matter. Raises TwistError if a number is not finite or a quaternion is zero.
+        Parameters
+        ----------
+        q_hat
+            The reference q̂ of the local rotations, shape (…, joints, 4). The length and the sign of
+            a quaternion do not matter.
+        r_hat
+            The reference r̂ of the root's position, shape (…, 3).
+        dt
+            The time since the previous reference in seconds; ignored in the first call.
+
+        Raises
+        ------
+        TwistError
+            If a number is not finite or a quaternion is zero.
+        UnstableGainsError
+            If the gains diverge at this frame time.
         """
         q_hat, r_hat = _checked(q_hat, r_hat)
         if self._state is None:
@@ -169,20 +201,23 @@ class Stepper:
 
 @dataclass(frozen=True, eq=False)
 class TrackResult:
-    """A tracked clip: rotations q, positions r, and a mask of the joints that lost their reference.
-
-    q has the shape (frames, …, joints, 4), r has the shape (frames, …, 3), and `snapped` has the
-    shape (frames, …, joints).
+    """The result of tracking a clip.
 
     Attributes
     ----------
+    q
+        The tracked local rotations, shape (frames, …, joints, 4).
+    r
+        The tracked positions of the root, shape (frames, …, 3).
+    snapped
+        Mask of the joints that were reset to the reference, shape (frames, …, joints).
     steps
-        If requested, every step with its gains and acceleration terms.
+        All steps, if requested.
     steps_back
-        The steps of the backward pass, if there was one, in the order of the frames.
+        The steps of the backward pass in the order of the frames, if requested.
     apart
-        True where the two passes differ by more than 90°, with the shape of snapped, or None for a
-        single pass.
+        Mask of the joints whose rotations in the two passes differ by more than 90°, shape (frames,
+        …, joints); None for a single pass.
     """
 
     q: Array
@@ -203,10 +238,25 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with the same result as one call of :class:`Stepper` per frame.
+    """Track a whole clip causally, with the same result as a :class:`Stepper`.
 
-    `tell` is called repeatedly with the completed share. If it raises an exception, the tracking
-    ends.
+    Parameters
+    ----------
+    q_hat
+        The references of the local rotations, shape (frames, …, joints, 4).
+    r_hat
+        The references of the root's position, shape (frames, …, 3).
+    dt
+        The frame time in seconds.
+    controller
+        The source of the gains.
+    integration
+        The method of integrating rotations, 'exact' or 'first-order'.
+    keep_steps
+        If True, the result contains all steps.
+    tell
+        Function that is called with the progress, from 0 to 1. If it raises an exception, the
+        tracking ends.
     """
     tell = tell or nobody
     stepper = Stepper(controller, integration=integration)
@@ -226,10 +276,10 @@ def track(
 def snap_sentences(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Return a sentence with the frames for each joint that was reset to its reference.
+    """Return a sentence for each joint that was reset to its reference.
 
-    `causal` is False if this happened in one of two passes, so that the result lies halfway between
-    them.
+    `snapped` is the mask of these joints, (frames, joints), and `names` contains the names of the
+    joints. `causal` is False if the joints were reset in one of two passes.
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
     return tuple(
@@ -239,7 +289,11 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Return a sentence about joints that differ by over 90° between the passes, or ''."""
+    """Return a sentence about the joints that differ by more than 90° between the passes, or ''.
+
+    `apart` is the mask of these joints, (frames, joints), and `names` contains the names of the
+    joints.
+    """
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
@@ -252,9 +306,10 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """List frames as text, such as 'frame 7' or 'frames 7, 12–15' (15 excluded), at most ten runs.
+    """Return a list of frames as text, such as 'frame 7' or 'frames 7, 12–15' (15 excluded).
 
-    `there` is the mask of the frames to list, shape (frames,); at least one value is True.
+    `there` is the mask of the frames, shape (frames,), with at least one True. At most ten ranges
+    are listed.
     """
     at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
@@ -262,7 +317,7 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the joint names with their frames in words, from a mask (frames, joints)."""
+    """Return the name and the listed frames of each joint in a mask, (frames, joints)."""
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
@@ -278,6 +333,6 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """Return the first nonzero component, whose sign gives the hemisphere, (…, 4) → (…, 1)."""
+    """Return the first nonzero component of quaternions, (…, 4) → (…, 1)."""
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

@@ -1,1 +1,1 @@
-"""Spikes and jumps of single joints anywhere in the body, and steps of the whole body."""
+"""Find spikes and jumps of any joint, jumps in position, and steps of the whole body."""

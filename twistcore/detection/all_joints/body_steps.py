@@ -1,4 +1,4 @@
-"""Steps of the whole body, and jumps in position."""
+"""Find body steps, in which many joints jump in the same frame, and jumps in position."""
 
 from __future__ import annotations
 
@@ -20,31 +20,37 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that must step together
-# Minimum ratio to the usual deviation from the pace; minimum deviation and its floor, degrees.
+SHARE, FEWEST = 0.3, 5  # minimum share of the moving joints, and minimum number, that step together
+# A joint steps if its turn deviates from its pace by more than _TIMES its usual deviation, and by
+# more than _LEAST degrees. The usual deviation is assumed to be at least _FLOOR degrees.
 _TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
-_SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which larger steps are expected, degrees
-_AROUND = 0.08  # length in seconds of a block; its median is the usual value
-_MOVES = 0.02  # degrees per frame
-_SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
-_NEARBY = 10  # frames on either side of a step
-_EDGE = 4  # frames at the ends, and after a first pose
+_SLOW, _LEAST_SLOW = 45.0, 5.0  # below this frame rate, the minimum deviation is this, in degrees
+_AROUND = 0.08  # seconds; the usual deviation is the median of a block about twice as long
+_MOVES = 0.02  # a joint moves if its median turn is larger, in degrees per frame
+_SHOWS = 2.0  # degrees: a step with a smaller median is hardly visible
+_NEARBY = 10  # number of frames on either side with which the bends at a step are compared
+_EDGE = 4  # number of frames at each end, and after a first pose, that are not examined
 
-# Distance from the path between the neighbours, as a share of the height.
+# The minimum distance from the path at a jump in position, as a share of the skeleton's height, in
+# general and at a low frame rate.
 PLACE, PLACE_SLOW = 0.02, 0.05
+# The minimum ratio of this distance to the usual distance, the smallest usual distance as a share
+# of the height, and the number of frames on either side that show the usual distance.
 _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A step of many joints, into one frame or a few successive frames.
+    """A step of many joints of a person in frames [start, stop).
 
     Attributes
     ----------
     share
-        The largest fraction of the moving joints that step in the same frame.
+        The largest fraction of the moving joints that step in one of the frames.
     degrees
-        The largest median angle of these joints in one of the frames.
+        The largest median turn of the stepping joints in one of the frames.
+    person
+        The name of the person, '' if there is only one.
     """
 
     start: int
@@ -56,7 +62,7 @@ class BodyStep:
 
 @dataclass(frozen=True)
 class PlaceStep:
-    """A jump in a joint's position in frames [start, stop).
+    """A jump in the position of a joint in frames [start, stop).
 
     `way` is the distance of the position from its path, as a fraction of the skeleton's height.
     """
@@ -71,7 +77,7 @@ class PlaceStep:
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     """Return the steps of the whole body, sorted by start, with the frame numbers of the clip.
 
-    A joint steps if its turn differs from the mean of the turns before and after by more than is
+    A joint steps if its turn deviates from the mean of the turns before and after by more than is
     usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
     or blend into one.
     """
@@ -99,10 +105,10 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
 def _of_person(
     motion: Motion, every: Array, person: Person, first: int, last: int
 ) -> Iterator[BodyStep]:
-    """Yield the steps of one person's body.
+    """Yield the body steps of one person.
 
-    `every` is the angle by which each joint of the skeleton turns, in degrees, (frames, joints).
-    Only frames [first, last) are examined.
+    `every` contains the turns of all joints of the skeleton since the previous frame, in degrees,
+    (frames, joints). Only frames [first, last) are examined.
     """
     moving = [j for j in person.joints if median(every[:, j]) > _MOVES]
     if len(moving) < FEWEST:
@@ -136,7 +142,7 @@ def _of_person(
 def _pace(step: Array) -> Array:
     """Return the mean of the turns before and after each frame, in degrees, (frames, joints).
 
-    In the first and the last frame, the frame's own turn is returned.
+    In the first and the last frame, the turn itself is returned.
     """
     pace = step.copy()
     pace[1:-1] = 0.5 * (step[:-2] + step[2:])
@@ -144,7 +150,7 @@ def _pace(step: Array) -> Array:
 
 
 def _least_step(motion: Motion) -> float:
-    """Return the minimum deviation from the pace, in degrees, that counts as a step in a motion."""
+    """Return the minimum deviation from the pace that counts as a step, in degrees."""
     least = _LEAST_SLOW if motion.fps < _SLOW else _LEAST
     return max(least, 2.0 * float(np.degrees(motion.angle_step)))
 
@@ -152,19 +158,20 @@ def _least_step(motion: Motion) -> float:
 def _most_off_pace(off: Array, frames: NDArray[np.intp], fps: float, least: float) -> Array:
     """Return the largest natural deviation of each joint from its pace, in degrees, (n, joints).
 
-    `off` contains the deviations, shape (frames, joints). `frames` are the n frames to examine.
+    `off` contains the deviations, (frames, joints). `frames` contains the n frames to examine. The
+    result is at least `least`.
     """
     usual = _usual_around(off, frames, max(8, 2 * round(_AROUND * fps)))
     return np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
 
 
 def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) -> Mask:
-    """Return a mask of the joints that step in the given frames, (n, joints).
+    """Return a mask of the joints that step in n given frames, (n, joints).
 
-    `step` contains the turns and `off` their deviations from the pace. `most` is the result of
-    :func:`_most_off_pace`.
+    `step` contains the turns and `off` their deviations from the pace, both (frames, joints).
+    `most` is the result of :func:`_most_off_pace`.
     """
-    # The frames next to a step also deviate from the mean, so the turn must be the largest.
+    # The frames next to a step also deviate, so the turn must not be smaller than its neighbours.
     return np.asarray(
         (off[frames] > most) & (step[frames] >= np.maximum(step[frames - 1], step[frames + 1]))
     )
@@ -176,8 +183,8 @@ def body_curve(
     """Return the median turn of the joints that step in frames [start, stop), and its limit.
 
     Both are in degrees, (frames,). The limit is the largest natural turn in each frame, given the
-    frames before and after it. `joints` are the joints of a person, and `motion` is the motion
-    without held frames. The result is None if no joint steps.
+    turns before and after it. `joints` contains the joints of a person, and `motion` must not
+    contain held frames. The result is None if no joint steps.
     """
     frames = np.arange(max(start, 1), min(stop, motion.frames - 1))
     if not len(frames):
@@ -198,10 +205,10 @@ def body_curve(
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
-    """Count the joints whose bend changes by `least` degrees and far more than in nearby frames.
+    """Count the joints whose bend jumps in a frame.
 
-    Only the change at the given frame is examined. Twist errors in many chains turn many joints in
-    the same frame, but bend none.
+    The change of a joint's bend must exceed `least` degrees and be far larger than nearby. Twist
+    errors in many chains turn many joints in the same frame, but bend none.
     """
     first = max(frame - _NEARBY, 0)
     bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
@@ -212,7 +219,7 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
 
 
 def _steps(rotations: Array) -> Array:
-    """Return the angle by which each joint turns per frame, in degrees, (frames, joints)."""
+    """Return the turn of each joint since the previous frame, in degrees, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
     cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
     step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
@@ -220,9 +227,10 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the usual deviation of each joint from its pace near the given frames, (n, joints).
+    """Return the usual deviation of each joint from its pace near n given frames, (n, joints).
 
-    This is the median over the block of `width` frames that contains the frame.
+    The usual deviation is the median of `off`, (frames, joints), over the block of `width` frames
+    that contains the frame.
     """
     blocks = max(len(off) // width, 1)
     at = np.minimum(frames // width, blocks - 1).tolist()
@@ -233,9 +241,9 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of joints with position channels, sorted by start.
 
-    `motion` is the motion without held frames. `counted` is the mask of the frames in which jumps
-    are searched for, shape (frames,). A position that leaves its path for a frame or two and
-    returns is reported as one jump.
+    A position that leaves its path for a frame or two and returns is reported as one jump. `motion`
+    must not contain held frames, and `counted` is the mask of the frames in which jumps are
+    searched for, shape (frames,).
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -261,10 +269,10 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
-    """Return a joint's distance from its path, (frames,), and the smallest jump at a frame.
+    """Return the distance of a joint from its path, (frames,), and the smallest jump at a frame.
 
-    Both are fractions of the skeleton's height. `motion` is the motion without held frames. The
-    result is None for a joint without position channels.
+    Both are fractions of the skeleton's height. `motion` must not contain held frames. The result
+    is None for a joint without position channels.
     """
     if joint not in motion.positioned:
         return None
@@ -274,9 +282,11 @@ def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] |
 
 
 def _off_path(motion: Motion) -> Array:
-    """Return the distances of the positions from their paths, in the file's unit, (frames, joints).
+    """Return the distances of all positions from their paths, in the unit of the file.
 
-    The change into a frame is compared with the more similar of the changes before and after it.
+    The distance in a frame is the difference between the movement into the frame and the more
+    similar of the movements before and after it. The result has the shape (frames, n) for the n
+    joints with positions.
     """
     off = np.zeros((motion.frames, len(motion.positioned)))
     turned = np.linalg.norm(np.diff(motion.positions, n=2, axis=0), axis=2)
@@ -285,12 +295,15 @@ def _off_path(motion: Motion) -> Array:
 
 
 def _least_way(motion: Motion) -> float:
-    """Return the minimum distance, in the unit of the file, that counts as a jump in position."""
+    """Return the minimum distance from the path at a jump in position, in the unit of the file."""
     return (PLACE_SLOW if motion.fps < _SLOW else PLACE) * motion.skeleton.height
 
 
 def _usual_way(motion: Motion, off: Array, t: int) -> float:
-    """Return the usual distance of a position from its path near frame `t`, in the file's unit."""
+    """Return the usual distance of a position from its path near a frame, in the unit of the file.
+
+    `off` contains the distances of the position in all frames, and `t` is the frame.
+    """
     around = np.concatenate([off[max(t - _REACH, 2) : max(t - 2, 0)], off[t + 3 : t + 1 + _REACH]])
     floor = _PLACE_FLOOR * motion.skeleton.height
     return max(median(around), floor) if len(around) else floor

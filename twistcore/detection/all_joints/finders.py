@@ -1,7 +1,7 @@
-"""Find spikes, jumps of joints, jumps in position and body steps, as intervals of chains.
+"""The finders of spikes, joint jumps, place jumps and body steps, which return intervals of chains.
 
-A joint that is in no chain is listed with the nearest chain: fingers with the forearm, toes with
-the shin, the spine with the first chain below it.
+A joint outside all chains is listed with the nearest chain: fingers with the forearm, toes with the
+shin, and the spine with the nearest chain below it.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from twistcore.skeleton.rotation import Array
 Mask = NDArray[np.bool_]
 
 _NUMBERS = 1 << 17  # frames times joints in a block
-_BESIDE = 3  # frames on either side of the edge of a known error
-_LEFT = 0.5  # share of a step; if a correction leaves less of it, the other error explains it
-_MORE = 4.0  # ratio to the whole body's step above which a joint's step is listed separately
+_BESIDE = 3  # maximum distance in frames from a step to the edge of an error that explains it
+_LEFT = 0.5  # an error explains a step if its correction leaves less than this share of the step
+_MORE = 4.0  # a joint's step is listed if it is larger than the body step by this factor
 _LAST_BONES = ("ForeArm", "Leg")
 
 
@@ -50,15 +50,12 @@ def find_spikes(search: KindSearch) -> Found:
 
 
 def find_joint_jumps(search: KindSearch) -> Found:
-    """Return the jumps of all joints, keyed by chain name.
-
-    Lone jumps, in which a joint turns about its own axis, are left out.
-    """
+    """Return the jumps of all joints, keyed by chain name, without lone jumps."""
     return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
 
 
 def find_place_jumps(search: KindSearch) -> Found:
-    """Return the jumps in position, keyed by chain name."""
+    """Return the jumps in position of roots and other joints, keyed by chain name."""
     motion = search.motion
     if (held := without_held(motion)) is not None:
         motion = held.motion
@@ -75,10 +72,7 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body, keyed by chain name.
-
-    The steps of each person are listed under the first chosen chain of this person.
-    """
+    """Return the body steps of each person, keyed by the person's first chosen chain."""
     skeleton = search.motion.skeleton
     first = {chain.person: chain for chain in reversed(search.chosen)}
     found: dict[str, list[Interval]] = {}
@@ -97,7 +91,7 @@ def find_body_steps(search: KindSearch) -> Found:
 
 @dataclass(frozen=True)
 class _JointSteps:
-    """The spikes and jumps of all joints, with the frame numbers of the clip."""
+    """The spikes and jumps of joints, with the frame numbers of the clip."""
 
     spikes: tuple[JointStep, ...]
     jumps: tuple[JointStep, ...]
@@ -128,9 +122,9 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the smallest spike and the smallest jump to report for each joint.
+    """Return the smallest spike and the smallest jump to report for each joint of a motion.
 
-    The limits of joints without three rotation channels are never reached.
+    A joint without three rotation channels has limits that are never reached.
     """
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
@@ -141,7 +135,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Return the spikes and the jumps, processing the clip in blocks to save memory."""
+    """Return the spikes and the jumps of a motion, examined in blocks to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -162,20 +156,21 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 
 @dataclass(frozen=True)
 class _Others:
-    """The other errors of a clip, as possible explanations of a joint's step.
+    """The other errors of a clip, which may explain the step (spike or jump) of a joint.
 
     Attributes
     ----------
+    search
+        The clip.
     errors
-        The errors that can be corrected, listed under each joint that they turn.
+        The correctable errors that turn a joint, keyed by joint.
     edges
-        For each joint, the positions of its errors in that list, keyed by their first frame and by
-        the frame after their last.
+        For each joint, the indices of these errors, keyed by their first frame and by the frame
+        after their last.
     of_joints
-        Masks of the frames with lone jumps or noise, keyed by joint.
+        Masks of the frames with lone jumps or noise, shape (frames,), keyed by joint.
     of_body
-        For each joint, the size of the body steps of its person in degrees, 0 in all other frames,
-        shape (frames,).
+        The sizes of the body steps of a joint's person in degrees, shape (frames,), keyed by joint.
     """
 
     search: KindSearch
@@ -186,7 +181,7 @@ class _Others:
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
-        """Collect the other errors in a search's clip."""
+        """Collect the other errors in the clip of a search."""
         motion = search.motion
         frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
         errors: dict[int, list[Interval]] = {}
@@ -216,9 +211,9 @@ class _Others:
         return _Others(search, errors, edges, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """Return True if another error explains a step.
+        """Return True if another error explains the step of a joint.
 
-        An error explains a step if it is in the same joint and frames, or if its correction removes
+        An error explains a step if it has the same joint and frames, or if its correction removes
         the step. `jump` is True for a jump and False for a spike.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
@@ -252,9 +247,9 @@ class _Others:
     def _correction_removes(
         self, errors: Sequence[Interval], step: JointStep, *, jump: bool
     ) -> bool:
-        """Return True if correcting the errors removes most of a step.
+        """Return True if the correction of errors removes most of a step from all joints they turn.
 
-        A step that only moves to another joint is not removed. `jump` is False for a spike.
+        `jump` is True for a jump and False for a spike.
         """
         if self.search.without is None:
             return False
@@ -311,9 +306,9 @@ def _interval(
 
 
 def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Convert a step to frame numbers of the clip, including held frames.
+    """Convert a step to frame numbers of the clip with its held frames.
 
-    If `jump` is True, the result covers one frame, like a lone jump.
+    If `jump` is True, held frames after the jump are left out, as for a lone jump.
     """
     start, stop = _frames_in_clip(step.start, step.stop, held)
     if jump and held is not None:
@@ -322,7 +317,7 @@ def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -
 
 
 def _frames_in_clip(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Convert frames [start, stop) of a clip without held frames to frames of the whole clip."""
+    """Convert frames [start, stop) of a clip without held frames to frame numbers of the clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -333,10 +328,10 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain under which each joint is listed, keyed by joint.
+    """Return the chain with which each joint is listed, keyed by joint.
 
-    This is the joint's own chain, or the nearest chain of the same person. Joints that are not
-    connected to any chain are left out.
+    A joint outside all chains is listed with the nearest chain of the same person. Joints that are
+    not connected to any chain are left out.
     """
     people = find_people(skeleton)
     owner: dict[int, Chain] = {}
@@ -368,7 +363,7 @@ def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Return the joints below the hands and feet."""
+    """Return the indices of all joints below the hands and feet."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}
     small: set[int] = set()
@@ -379,7 +374,7 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
 
 
 def reach(skeleton: Skeleton, joint: int) -> float:
-    """Return the distance from a joint to the farthest joint or end below it.
+    """Return the distance from a joint to the farthest joint or End Site below it.
 
     The distance is measured in the rest pose, as a fraction of the skeleton's height.
     """

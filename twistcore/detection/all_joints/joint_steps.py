@@ -1,10 +1,9 @@
-"""Spikes and jumps of single joints, in any direction.
+"""Find spikes and jumps of joints about any axis.
 
-In a *spike*, the joint leaves its path for one or a few frames and comes back: in each of these
-frames, its rotation differs from the path between the frame before and the frame after the spike. A
-*jump* is a single step between calm frames. Spikes and jumps are compared with the motion of the
-same joint over the same number of frames nearby, so that a fast movement is not mistaken for
-either.
+In a *spike*, the rotation of a joint leaves its path for one or a few frames and comes back. The
+path is interpolated between the frame before and the frame after the spike. A *jump* is a single
+step between calm frames. Spikes and jumps are compared with the motion of the same joint over as
+many frames nearby, so that fast motion is not mistaken for either.
 """
 
 from __future__ import annotations
@@ -21,23 +20,24 @@ from twistcore.skeleton.rotation import Array, multiply
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; at least two frames
-_SLOW = 45.0  # frames a second below which a single frame is weak evidence
-# degrees: in general, at low frame rates, and for toes and fingers
+LONGEST, MOST = 0.03, 3  # maximum length of a spike in seconds and in frames, but at least 2 frames
+_SLOW = 45.0  # below this frame rate, one frame is weak evidence
+# The smallest spike and jump in degrees: in general, at a low frame rate, for toes and fingers.
 SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-# Share of the spike within which the frames before and after it must agree; for a larger
-# difference, up to the second value, the spike must be clearer.
+# The joint comes back after a spike if the rotations before and after it differ by at most the
+# share _BACK of the spike. It hardly comes back if they differ by at most the share _NEARLY.
 _BACK, _NEARLY = 0.4, 1.0
-# Ratio to the usual departure nearby; the second value applies if the joint hardly comes back.
+# Minimum ratio of a spike to the usual departure nearby, and the same if the joint hardly comes
+# back.
 _TIMES, _CLEARLY = 8.0, 20.0
 _FLOOR = 0.3  # degrees; the usual motion of a joint is assumed to be at least this large
-_CALM = 3.0  # ratio to the largest step around a jump
-_REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
-# minimum share of a step that remains relative to each of the joints above; number of joints
+_CALM = 3.0  # minimum ratio of a jump to the largest turn nearby
+_REACH, _NEAR = 10, 3  # number of frames on either side with which a spike and a jump are compared
+# Relative to each of the _ABOVE joints above, at least this share of a spike or jump must remain.
 _ALONE, _ABOVE = 0.5, 3
-_EDGE = 3  # frames at each end of a clip that are not compared
-_TOGETHER = 2048  # candidates in a block
+_EDGE = 3  # number of frames at each end of a clip that are not examined
+_TOGETHER = 2048  # number of candidates in a block
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class JointStep:
     Attributes
     ----------
     degrees
-        The angle between the joint and its path for a spike, or the size of the step for a jump.
+        The angle between the rotation and its path in a spike, or the turn in a jump.
     usual
-        The usual value of the same angle in the nearby motion, in degrees.
+        The usual value of this angle nearby, in degrees.
     """
 
     joint: int
@@ -70,7 +70,7 @@ class StepLimits:
     longest
         The maximum length of a spike, in frames.
     floor
-        The smallest value that counts as the usual motion of a joint, in degrees.
+        The smallest value that is assumed for the usual motion of a joint, in degrees.
     """
 
     spike: Array
@@ -86,8 +86,10 @@ class StepLimits:
         ----------
         joints
             The number of joints.
+        fps
+            The frame rate.
         small
-            The indices of the joints of toes and fingers, which have larger limits.
+            The indices of the joints of toes and fingers, which have higher limits.
         angle_step
             The rounding step of the angles in the file, degrees.
         """
@@ -101,18 +103,23 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return the number of frames that are needed on either side of a block.
-
-    The first and the last steps of the block are compared with these frames.
-    """
+    """Return the number of frames on either side of a block that are needed to examine its ends."""
     return _REACH + limits.longest + 2
 
 
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the spikes of all joints, sorted by start.
 
-    `rotations` has the shape (frames, joints, 4). `counted` is the mask of the frames in which a
-    spike may begin, shape (frames,).
+    Parameters
+    ----------
+    rotations
+        Local rotations, shape (frames, joints, 4).
+    parents
+        The index of the parent of each joint, −1 for a root.
+    counted
+        Mask of the frames in which a spike may begin, shape (frames,).
+    limits
+        The smallest spikes to report.
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -131,16 +138,16 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the size that a spike or jump would have with the given rotations, in degrees.
+    """Return the angle of a spike or jump in other rotations, in degrees.
 
     Parameters
     ----------
     rotations
-        Shape (frames, joints, 4).
+        Local rotations, shape (frames, joints, 4).
     step
         The spike or jump, with frame numbers relative to these rotations.
     jump
-        True if it is a jump.
+        True for a jump, False for a spike.
     """
     own = rotations[:, step.joint]
     at = np.array([step.start])
@@ -152,9 +159,9 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates that are spikes of n frames.
+    """Return the spikes of n frames among candidates.
 
-    `start` and `joint` contain one value for each candidate.
+    `start` and `joint` contain the first frame and the joint of each candidate.
     """
 
     def own(t: Index) -> Array:
@@ -179,7 +186,10 @@ def _spikes_at(
 
 
 def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the jumps of all joints, sorted by start. A jump is one step between calm frames."""
+    """Return the jumps of all joints, sorted by start.
+
+    The parameters have the same meaning as in :func:`spikes`.
+    """
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
     moves[: _EDGE + 1] = False
@@ -208,26 +218,27 @@ def _jumps_at(
 
 
 def _least_spike(off: Array, back: Array, usual: Array) -> Array:
-    """Return the smallest departure from the path that counts as a spike, in degrees.
+    """Return the smallest departures from the path that count as spikes nearby, in degrees.
 
-    The joint's limit in :class:`StepLimits` also applies. `off` is the departure, `usual` is the
-    usual departure nearby, and `back` is the angle between the frames before and after the spike.
+    The limits in :class:`StepLimits` apply as well. `off` contains the departures of candidates,
+    `back` the angles between the rotations before and after them, and `usual` the usual departures
+    nearby.
     """
     return np.asarray(np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual)
 
 
 def _turns_near(q: Array, start: Index, joint: Index) -> Array:
-    """Return the turns of joints per frame near a jump, in degrees, (frames, n)."""
+    """Return the turns of joints in the frames near n jumps, in degrees, (frames, n)."""
     around = [k for k in range(-_NEAR, _NEAR + 1) if k]
     at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
     return _angle(q[at - 1, joint], q[at, joint])
 
 
 def _least_jump(near: Array, usual: Array) -> Array:
-    """Return the smallest step that counts as a jump, in degrees.
+    """Return the smallest turns that count as jumps nearby, in degrees, (n,).
 
-    The joint's limit in :class:`StepLimits` also applies. `near` contains the turns in the frames
-    around the jump, and `usual` is their median.
+    The limits in :class:`StepLimits` apply as well. `near` contains the turns in the frames around
+    the candidates, (frames, n), and `usual` their medians.
     """
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
@@ -237,12 +248,11 @@ def path_curve(
 ) -> tuple[Array, float]:
     """Return a joint's angle from its path, (frames,), and the smallest angle of a spike.
 
-    Both are in degrees. In frames [start, stop) of the spike, the path connects the frame before
-    the spike to the frame after it. In every other frame, the path spans the same number of frames
-    around that frame.
+    Both are in degrees. In the frames [start, stop) of a spike, the path connects the frame before
+    the spike to the frame after it. In every other frame, the path spans as many frames around it.
     """
     own, frames = rotations[:, joint], len(rotations)
-    n = min(stop - start, limits.longest)  # a person may have made an interval of any length
+    n = min(stop - start, limits.longest)  # an interval that a person made may have any length
     middle, t = n // 2, np.arange(frames)
     before, behind = np.maximum(t - middle - 1, 0), np.minimum(t + n - middle, frames - 1)
     off = _angle(own, _between(own[before], own[behind], (middle + 1) / (n + 1)))
@@ -258,8 +268,8 @@ def path_curve(
 def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> tuple[Array, float]:
     """Return the turn of a joint since the previous frame, (frames,), and the smallest jump.
 
-    Both are in degrees. The smallest jump is the smallest turn that would count as a jump into the
-    frame `start`.
+    Both are in degrees. The smallest jump is the smallest turn that counts as a jump in frame
+    `start`.
     """
     own, one = rotations[:, joint], np.array([joint])
     turns = np.concatenate([[0.0], _angle(own[:-1], own[1:])])
@@ -269,10 +279,10 @@ def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> 
 
 
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
-    """Return rotations of joints relative to an ancestor, (n, 4).
+    """Return the rotations of n joints in the coordinate systems of ancestors, (n, 4).
 
-    `levels` is the number of levels above each joint, beginning with its parent. Beyond the root,
-    rotations are in world space.
+    Each result is the product of the rotations of `levels` ancestors, from the parent on, and of
+    the joint. Above the root, there are no more factors. `t` contains the frame of each joint.
     """
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
@@ -283,7 +293,10 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return a mask of the joints that turn by more than `least` degrees, (frames, joints)."""
+    """Return a mask, (frames, joints), of the turns since the previous frame that are large.
+
+    `least` contains the limit for each joint in degrees, (joints,).
+    """
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -291,9 +304,10 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """Return the smallest departure of n frames from the path between their neighbours, in degrees.
+    """Return the smallest departures of n frames from the path around them, in degrees.
 
-    `of` is a function that returns the rotations at given frames.
+    `of` is a function that returns the rotations of the candidates in given frames, and `start`
+    contains the first frame of each candidate.
     """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
@@ -301,7 +315,7 @@ def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
 
 
 def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
-    """Return the median departure over n frames around each candidate, in degrees."""
+    """Return the median departure from a path over n frames near each candidate, in degrees."""
     ahead = np.arange(-_REACH, -n)[:, None] + start
     behind = np.arange(n + 1, _REACH + 1)[:, None] + start
     last = len(q) - n - 1
@@ -316,9 +330,9 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:
-    """Interpolate between two rotations a and b, (…, 4), that are close together.
+    """Interpolate between rotations a and b, (…, 4), which must be close together.
 
-    `share` is the fraction of the way from a to b, 0…1.
+    `share` is the fraction of the way from a to b, 0…1. The result has the shape (…, 4).
     """
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
@@ -326,13 +340,13 @@ def _between(a: Array, b: Array, share: float | Array) -> Array:
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Return the angle in degrees between two rotations, (…, 4) → (…)."""
+    """Return the angles between rotations a and b in degrees, (…, 4) → (…)."""
     cosine = np.abs(np.einsum("...i,...i->...", a, b))
     return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return the spikes sorted by start, without any that overlaps a larger spike of its joint."""
+    """Return spikes sorted by start, without spikes that overlap a larger one of the same joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

@@ -1,1 +1,1 @@
-"""The default detector. It measures the twist of parent and child in opposite directions."""
+"""The consistency detector, which finds opposite turns of a parent and its child."""

@@ -34,25 +34,25 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# The ratio of the smaller to the larger sum of rx and ry over an edge: an error turns both joints.
-# If no edge of an interval reaches this ratio, one joint jumps alone, which is listed but not
-# corrected.
+# Minimum ratio of the smaller to the larger turn of P and C at an edge, because an error turns both
+# joints. If no edge of an interval reaches this ratio, one joint jumps alone, which is listed but
+# not corrected.
 SHOWN_IN_BOTH = 0.35
 # In a clip with rounded angles, an interval with a smaller gain (in nats) is listed but not
-# corrected. If σ is wide, two small jumps of natural motion may add up to 0. The confidence was
-# fitted on fine captures and mistakes this for evidence.
+# corrected. If σ is large, two small jumps of natural motion may add up to 0, which the confidence
+# mistakes for evidence because it was fitted to captures with fine angles.
 ROUNDED_GAIN = 5.0
-_FOLLOWS = ("its edges", "its events", "every frame")
+_FOLLOWS = ("its edges", "its events", "every frame")  # words for the values of `Pair.follows`
 SMALLEST_TAU = float(np.radians(1.5))
-_BACKGROUNDS = 2  # maximum in the cache, because their arrays are as long as the clip
-TAU_IN_SIGMA = 6.0  # minimum of the automatic τ, so that natural motion does not fill the table
+_BACKGROUNDS = 2  # maximum number in the cache, because their arrays are as long as the clip
+TAU_IN_SIGMA = 6.0  # minimum of the automatic τ in σ, so that natural motion yields few edges
 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval that does not depend on τ and is listed if its strength is at least τ.
+    """An interval whose edges do not depend on τ. It is listed if its strength is at least τ.
 
-    `peak` is the frame at which the strength curve shows the strength of the interval.
+    `strength` is in radians, and `peak` is the frame at which the strength curve contains it.
     """
 
     interval: Interval
@@ -62,18 +62,30 @@ class FixedInterval:
 
 @dataclass(frozen=True, eq=False)
 class ChainAnalysis:
-    """The analysis of one chain before a threshold is chosen.
+    """The analysis of one chain, before a threshold is chosen.
 
     Attributes
     ----------
+    name
+        The name of the chain.
+    fps
+        The frame rate.
+    limb
+        The counter-rotation of all chains that are analysed together.
+    row
+        The row of the chain in `limb`.
+    edges
+        The possible edges of the chain.
+    step
+        Mask of the frames in which the offset of an interval may change, shape (frames,).
+    tables
+        The gains of all pairs of edges, one table for each segment between cuts.
     standing
-        Intervals that do not depend on τ: errors of straight limbs, which are not stored in
-        `tables`, and soft errors.
+        Errors of straight limbs and soft errors, which do not depend on τ.
     instead
         Frames [low, high) in which soft errors replace the intervals between jumps.
     left
-        Frames [low, high) of the chain's limb in which soft errors were not searched for, because
-        the budget was used up.
+        Frames [low, high) that were not searched for soft errors, because the budget was used up.
     rounded
         True if the angles in the file are rounded to coarse steps.
     """
@@ -84,12 +96,12 @@ class ChainAnalysis:
     row: int
     edges: Edges
     step: Mask
-    tables: tuple[PairTable, ...]  # one for each segment between cuts
+    tables: tuple[PairTable, ...]
     standing: tuple[FixedInterval, ...] = ()
     instead: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
-    # caches, since most intervals stay the same while τ changes
+    # Caches, since most intervals stay the same while a person drags τ.
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
@@ -102,10 +114,11 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return the strength of the chain, which is compared with τ, in radians, (frames,).
+        """Return the strength of the chain, which is compared with τ, in radians ≥ 0, (frames,).
 
-        The strength is |d| in frames with an event, at least |jump| at the peak of an edge, and 0
-        in all other frames.
+        The strength is the counter-rotation |d| in frames with an event, and 0 in all other frames.
+        At the peak of an edge or of a fixed interval, it is at least the size of that jump or
+        interval.
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
@@ -120,16 +133,15 @@ class ChainAnalysis:
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def gives_way(self, interval: Interval) -> bool:
-        """Return True if soft errors replace the given interval between jumps."""
+        """Return True if soft errors replace an interval between jumps."""
         return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
         self, soft: Sequence[FixedInterval], instead: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
-        """Return the analysis with soft errors added.
+        """Return the analysis with additional soft errors.
 
-        `instead` contains the frames [low, high) in which the soft errors replace all other
-        intervals.
+        `instead` contains the frames [low, high) in which they replace all other intervals.
         """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
@@ -140,7 +152,7 @@ class ChainAnalysis:
         """Return the intervals between jumps at threshold τ in radians, sorted by start."""
         found: list[Interval] = []
         for table in self.tables:
-            # Only edges of at least τ count, so their number identifies which edges these are.
+            # The number of edges of at least τ identifies these edges.
             passing = int((np.abs(table.edges.jump) >= tau).sum())
             if not passing:
                 continue
@@ -167,7 +179,8 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
-        # A pair at a border has only one edge, whose own gain is not reduced by the border's prior.
+        # For a pair with one edge, `pair.gain` includes the prior cost of an interval up to a
+        # border, so use the gain of the edge.
         gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         offset, residual = course.offset, course.residual
@@ -193,18 +206,20 @@ class ChainAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class ConsistencyAnalysis:
-    """The analysis of all chains before a threshold is chosen.
+    """The analysis of a motion by the consistency detector, before a threshold is chosen.
 
     Attributes
     ----------
+    chains
+        The analysis of each chain, keyed by chain name.
     cut
         Mask of the frames whose step from the previous frame is not motion, including frame 0,
         shape (frames,).
     own_twist
-        The increments from `pieces.own_twist`, keyed by chain name, for the first of two pieces of
-        a bone.
+        The increments from `pieces.own_twist` of each chain whose child is a piece of the same
+        bone, keyed by chain name.
     witnesses
-        The signals that are used to judge the intervals of a chain, keyed by chain name.
+        The signals with which the intervals of a chain are judged, keyed by chain name.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -213,7 +228,7 @@ class ConsistencyAnalysis:
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
     _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
     _judging: threading.RLock = field(default_factory=threading.RLock)
-    # keyed by id: the interval, kept alive, the judged interval, and whether it is motion
+    # keyed by the id of an interval: the interval, the judged interval, and True for motion
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
     def detached(self) -> ConsistencyAnalysis:
@@ -225,7 +240,7 @@ class ConsistencyAnalysis:
         return self.chains[chain].automatic_tau()
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, radians ≥ 0, (frames,)."""
+        """Return the strength of a chain, which is compared with τ, in radians ≥ 0, (frames,)."""
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
@@ -236,7 +251,7 @@ class ConsistencyAnalysis:
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians that are left out as natural motion."""
+        """Return the intervals of a chain at τ radians that are judged to be natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if motion)
 
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
@@ -246,10 +261,11 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval with its confidence limited by the evidence, and True for motion.
+        """Judge an interval: return it with its final confidence, and True if it is natural motion.
 
-        For a straight limb, the course of the error over time is usually the only evidence. The
-        course is enough if both bones turn at the ends of the error and there is no noise.
+        The evidence can only lower the confidence. For an error of a straight limb, there is hardly
+        any evidence except its course over time. Such an error is not judged if both bones turn at
+        its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -285,10 +301,10 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence limited by the evidence, and True if it is motion.
+    """Return an interval with its confidence limited by the evidence, and True if it is motion.
 
-    `segment` is the segment of the chain. `straight` is True if the interval was found as an error
-    of a straight limb.
+    `terms` contains the evidence and `segment` is the segment of the chain. `straight` is True if
+    the interval was found as an error of a straight limb.
     """
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
@@ -298,10 +314,10 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability with its log odds halved if it is below 0.5, because doubts overlap.
+    """Halve the log odds of a probability below 0.5, because doubts about an interval overlap.
 
-    Two blind judges regarded a third of the intervals in real captures that had a probability of
-    0.07 as errors (docs/atlas.md).
+    In real captures, two blind judges regarded a third of the intervals with a probability of 0.07
+    as errors (docs/atlas.md).
     """
     if not 0.0 < probability < 0.5:
         return probability
@@ -312,7 +328,7 @@ def tempered(probability: float) -> float:
 def _with_judgement(
     explain: Callable[[], dict[str, Any]] | None, found: Judgement
 ) -> dict[str, Any]:
-    """Return the evidence for an interval with the result of the judgement, keyed by name."""
+    """Return the evidence for an interval and the result of its judgement, keyed by name."""
     return {
         **(explain() if explain else {}),
         "evidence": found.score,
@@ -332,7 +348,7 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """Return True if both joints turn by a similar amount at edge `k`.
+    """Return True if parent and child turn by similar angles at an edge, given by its index `k`.
 
     Directions are ignored, because the sign of a turn is meaningless near ±180°.
     """
@@ -357,7 +373,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return the evidence for an edge, summed over its frames, keyed by name, angles in degrees."""
+    """Return the evidence for an edge, keyed by name, as sums over its frames, in degrees."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

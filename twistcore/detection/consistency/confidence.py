@@ -1,9 +1,10 @@
 """The calibrated confidence of an interval [Method, step 8].
 
-The confidence is a logistic function. It was fitted on CMU subject 05, on candidates with a
-strength of at least 0.3 τ from eleven plain and rich protocols. On the other subjects, it has an
-AUC of 0.978 and an ECE of 0.007 at a prevalence of 0.950. An interval is right if its IoU with a
-true interval is ≥ 0.5 and ≥ 80 % of that interval's frames are corrected by ≥ 80 %.
+The confidence is a logistic function, fitted to intervals with a strength of at least 0.3 τ in
+clips of CMU subject 05 into which errors were injected by eleven protocols. On the other subjects,
+its area under the ROC curve is 0.978 and its expected calibration error is 0.007, at a prevalence
+of 0.950. In the fit, an interval is right if its intersection over union with a true interval is at
+least 0.5, and if at least 80 % of that interval's frames are corrected by at least 80 %.
 """
 
 from __future__ import annotations
@@ -26,11 +27,11 @@ def confidence(
     gain
         The log-likelihood ratio of the error over natural motion, in nats.
     closing
-        The angle that remains after the closing edge, in σ.
+        The angle that remains after the last edge, in σ.
     margin
-        The logarithm of the smaller jump in σ.
+        The logarithm of the smaller of the two jumps, in σ.
     frames
-        The length of the interval.
+        The length of the interval in frames.
     beyond_tau
         True if both jumps reach the automatic τ.
     """

@@ -1,4 +1,4 @@
-"""The computations of the consistency detector of `detectors/consistency.py` [Method]."""
+"""The computations of the consistency detector, declared in `detectors/consistency.py` [Method]."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_f
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-LONG = 20_000  # frames; in longer clips, limbs are processed one at a time
+LONG = 20_000  # frames; in longer clips, limbs are analysed one at a time
 
 
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains up to the point where τ is needed.
+    """Analyse chains of a motion, up to the point where τ is needed.
 
-    `tell` is called with the progress. `effort` is the work allowed for the search for soft errors,
-    as a fraction of the usual work.
+    `tell` is called with the progress, from 0 to 1. `effort` is the work allowed for the search for
+    soft errors, as a fraction of the usual work.
     """
     tell = tell or nobody
     if (held := without_held(motion)) is not None:
@@ -89,10 +89,10 @@ def _by_keys(
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, effort: float, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion.
+    """Analyse chains of a motion without held frames.
 
-    `effort` has the same meaning as in :func:`analyse_chains`. `keys` are the linear keys. If they
-    are given, only jumps between keys are searched for.
+    `effort` has the same meaning as in :func:`analyse_chains`. If the linear keys `keys` are given,
+    only jumps are searched for, not errors of straight limbs or soft errors.
     """
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
@@ -101,7 +101,7 @@ def _analysed(
     searched: list[_Softened] = []
     people = by_person(chains)
     joints = _joints_by_person(motion.skeleton, people)
-    # one person at a time, so that the result does not depend on which people are chosen
+    # Analyse one person at a time, so that the result does not depend on the selection of people.
     for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
@@ -126,7 +126,7 @@ def _analysed(
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
     """Return the number of joints of each person, keyed by the person's name.
 
-    The key is '' for the joints that belong to no person.
+    If no person has a name, all joints have the key ''.
     """
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
@@ -139,7 +139,7 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """Chain analyses of several lines of equal length, with their soft errors.
+    """The analyses of the chains of several limbs of equal length, and their soft errors.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class _Softened:
     errors
         The soft errors, each with its interval.
     replaced
-        The intervals between jumps that soft errors explain.
+        The intervals between jumps that soft errors replace.
     """
 
     plain: Sequence[ChainAnalysis]
@@ -161,8 +161,7 @@ class _Softened:
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
         """Return the analyses of the chains with soft errors.
 
-        `given_up` contains the soft errors that do not replace an interval, keyed by index. The
-        value is True if the soft error itself is left out as well.
+        `given_up` is the result of :meth:`given_up`. By default, all soft errors are used.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -183,11 +182,11 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Return the soft errors that do not replace an interval, keyed by index.
+        """Return the soft errors that must not replace intervals between jumps, keyed by index.
 
-        The value is True if the soft error is left out because an overlapping interval between
-        jumps is more certain, and False if the evidence shows that the soft error is motion (see
-        :meth:`ConsistencyAnalysis.taken_for_motion`).
+        The value is True if the soft error is left out, because an overlapping interval between
+        jumps is more certain. The value is False if the soft error is kept, but is judged to be
+        natural motion (see :meth:`ConsistencyAnalysis.taken_for_motion`).
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -215,7 +214,7 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """Return True if an interval and a soft error overlap in the same or neighbouring chains.
+    """Return True if an interval and a soft error overlap in the same chain or in neighbours.
 
     `count` is the number of limbs.
     """
@@ -232,9 +231,24 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Analyse lines of equal length for jumps, then for straight limbs, then for soft errors.
+    """Search lines of equal length for jumps, then for errors of straight limbs, then soft errors.
 
-    `budget` is the work allowed for the search for soft errors.
+    Parameters
+    ----------
+    lines
+        The chains of each limb, from :func:`_lines`.
+    motion
+        The motion.
+    cut
+        Mask of the cuts and of frame 0, shape (frames,).
+    segments
+        The result of :func:`segments_between`.
+    keys
+        The linear keys. If they are given, only jumps are searched for.
+    budget
+        The work allowed for the search for soft errors.
+    tell
+        The function to call with the progress.
     """
     fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
@@ -244,7 +258,7 @@ def _line_analyses(
         by_itself = partial(_by_itself, limbs, jumps, row)
         if found := straight_limb(motion, chain, jumps[row], by_itself):
             straight[row] = found
-    if straight:  # an error of one chain also appears in its neighbours
+    if straight:  # the error of a chain also has an effect on the signals of its neighbours
         jumps = find_jumps(
             without_errors(limbs, {r: s.offset for r, s in straight.items()}),
             fps,
@@ -278,7 +292,10 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments x and y of a chain without the effects of jumps in its neighbours."""
+    """Return the increments x and y of a chain without the effects of errors in its neighbours.
+
+    `jumps` contains the jumps of all chains, and `row` is the row of the chain.
+    """
     beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
@@ -290,7 +307,7 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
 ) -> _Softened:
-    """Return the chains with soft errors in addition to the intervals at the automatic τ.
+    """Search for soft errors in addition to the intervals at the automatic τ.
 
     The search assumes that every child turned back the whole error. If a child clearly turned back
     only a part of an error, the remaining part is removed first, so that it is not found as a
@@ -326,7 +343,7 @@ def _with_soft(
 
 
 def _fixed_straight(chain: str, error: StraightError) -> FixedInterval:
-    # The middle of the transition may lie outside the interval.
+    # The peak, the middle of the transition, may be outside the interval.
     peak = min(max(error.peak, error.start), error.stop - 1)
     return FixedInterval(interval_of(chain, error), error.strength, peak)
 
@@ -342,7 +359,8 @@ def find_jumps(
 ) -> list[Jumps]:
     """Return the jumps of all chains of limbs, one item for each row.
 
-    `segments` is the result of :func:`segments_between`.
+    `cut` is the mask of the cuts and of frame 0, shape (frames,), and `segments` is the result of
+    :func:`segments_between`. `tell` is called with the progress.
     """
     counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
@@ -358,7 +376,7 @@ def find_jumps(
 def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
     """Return the counter-rotation of all limbs.
 
-    In long clips, one limb is processed at a time to save memory.
+    In a long clip, one limb is analysed at a time to save memory.
     """
     if limbs.count == 1 or limbs.frames < LONG:
         return counter_rotation(limbs, fps, cut, tell)
@@ -378,7 +396,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Return lines of chains, in which the child of each chain is the parent of the next."""
+    """Arrange chains in lines, in which the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:
@@ -392,7 +410,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines by their length and by whether any of their axes varies over time."""
+    """Group lines by their length and by whether a bone axis varies over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
@@ -400,10 +418,7 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Return the rotations and axes of lines of equal length.
-
-    `keys` are the linear keys, or None.
-    """
+    """Return the rotations and axes of lines of equal length, with the linear keys of the clip."""
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]

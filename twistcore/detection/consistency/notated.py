@@ -1,8 +1,9 @@
-"""Errors in clips with held frames or linear keys, with the frame numbers of the clip.
+"""The analysis of clips with held frames or linear keys by the consistency detector.
 
-Held frames are left out, so that an error begins in the frame in which it appears. In a clip with
-linear keys, only the keys are examined, because the frames in between were not captured. Before
-that, all frames are searched for errors that jump from one frame to the next.
+Held frames are left out, so that an error begins in the frame in which it appears. A clip with
+linear keys is analysed twice. First, all frames are searched for errors that jump from one frame to
+the next. Then only the keys are analysed, because the frames in between were not captured. All
+results are converted to the frame numbers of the clip.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class NotatedAnalysis:
     coarse
         The analysis of the examined frames.
     fine
-        The analysis of jumps in all frames, None if the clip has held frames.
+        The analysis of jumps in all frames; None if the clip has held frames.
     """
 
     kept: DistinctFrames
@@ -43,22 +44,22 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # a cache
 
     def detached(self) -> NotatedAnalysis:
-        """Return the analysis without references to the motion, except for the kept frames."""
+        """Return the analysis without references to the motion, except for the examined frames."""
         fine = self.fine and self.fine.detached()
         return replace(self, coarse=self.coarse.detached(), fine=fine)
 
     def automatic_tau(self, chain: str) -> float:
         """Return the automatic τ of a chain, in radians.
 
-        This is the larger τ of the two analyses, but at least `kept.smallest`.
+        This is the larger τ of the two analyses, and at least `kept.smallest`.
         """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, in radians, (frames,).
+        """Return the strength of a chain, in radians ≥ 0, (frames,).
 
-        If there are two analyses, this is the larger value of both.
+        If there are two analyses, the strength in each frame is the larger of both values.
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
@@ -87,7 +88,7 @@ class NotatedAnalysis:
         }
 
     def _in_clip(self, interval: Interval) -> Interval:
-        """Return an interval with its frame numbers converted to those of the clip."""
+        """Convert an interval of the examined frames to frame numbers of the clip."""
         if interval not in self._known:
             start, stop = self.kept.begin(interval.start), self.kept.end(interval.stop)
             explain = interval.explain and partial(_explained, self.kept, interval)
@@ -122,7 +123,7 @@ def _meet(one: Interval, other: Interval) -> bool:
 
 
 def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
-    """Return the evidence for an interval with its frame numbers converted to those of the clip."""
+    """Return the evidence for an interval, with its frame numbers converted to the clip."""
     evidence = dict(interval.evidence or {})
     if "transition" in evidence:
         evidence["transition"] = kept.end(evidence["transition"])
@@ -132,9 +133,9 @@ def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
 
 
 def _edge(kept: DistinctFrames, edge: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the edge with its frame numbers converted to those of the clip.
+    """Convert the frame numbers of an edge in the evidence to those of the clip.
 
-    The edge ends at the first kept frame that shows the full change.
+    The edge ends at the first examined frame that shows the full change.
     """
     start, stop = kept.begin(edge["start"]), kept.end(edge["stop"] - 1) + 1
     return {**edge, "start": start, "stop": stop}

@@ -1,9 +1,9 @@
-"""Errors between two pieces of a bone, which must appear in the twist of P, not only its swing.
+"""Check errors between two pieces of a bone, which must appear in the twist of the first piece.
 
 In some rigs, only the last piece of a bone rolls, and the first piece only swings. If the path of
 the swing is curved, the first piece still turns about its bone from frame to frame, and the next
-piece turns back by the same angle. This is natural motion: θp of the first piece does not change,
-whereas an error δ changes it by exactly δ.
+piece turns back by the same angle. This is natural motion, in which the twist θp of the first piece
+does not change. An error δ changes θp by exactly δ.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
-_SHOWN = 0.5  # minimum share of an interval's steps that the twist of P must contain
-_NEAR = 3  # frames on either side, whose median is the natural pace of the twist
+_SHOWN = 0.5  # minimum share of an interval's steps that θp must contain
+_NEAR = 3  # number of frames on either side whose median is the natural pace of the twist
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Return the increments of θp minus the median of nearby frames, in radians, (frames,)."""
+    """Return the increments of a chain's θp minus their median nearby, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")
@@ -30,9 +30,9 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 
 
 def shows(twist: Array, interval: Interval) -> bool:
-    """Return True if the twist of P contains at least half of an interval's steps.
+    """Return True if θp contains at least half of the steps of an interval's offset.
 
-    `twist` contains the increments from :func:`own_twist`.
+    `twist` is the result of :func:`own_twist`.
     """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset

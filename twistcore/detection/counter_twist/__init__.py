@@ -1,1 +1,1 @@
-"""Counter-rotation of a parent and its child, with its start, end and angle."""
+"""Find jumps in which a parent and its child turn in opposite directions, and pair them."""

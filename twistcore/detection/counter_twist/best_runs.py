@@ -1,4 +1,4 @@
-"""Choose the runs (neighbouring chains that all have an error) that best explain each frame."""
+"""Choose the runs (neighbouring chains that all have an error) that explain each frame best."""
 
 from __future__ import annotations
 
@@ -13,10 +13,20 @@ SAME = 1e-9  # nats; smaller differences are ignored
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
     """Return the indices of the runs with the highest total gain in each frame.
 
-    A run changes the joints first…last, and no joint may belong to two chosen runs. In a frame
-    without a gain above 0, the best run is chosen if its gain exceeds −lone. Of several runs with
-    equal gain, the shortest is chosen, and of equally short runs the one nearer to the tip. All
-    arrays have the shape (runs,), and `gain` is in nats.
+    No joint may belong to two chosen runs. Of several runs with equal gain, the shortest is chosen,
+    and of equally short runs the one nearer to the tip of the limb.
+
+    Parameters
+    ----------
+    frame
+        The frame of each run, shape (runs,).
+    first, last
+        The first and the last joint that each run changes, shape (runs,).
+    gain
+        The gain of each run in nats, shape (runs,).
+    lone
+        In a frame without a run that gains more than 0, the best run is chosen if it gains more
+        than −lone.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]
@@ -28,9 +38,10 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
 
 
 def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]:
-    """Return the runs with gain > 0 that share no joint and have the highest total gain.
+    """Return the indices of runs that share no joint and have the highest total gain.
 
-    Each group of overlapping runs is solved by dynamic programming, from the tips to the roots.
+    Each group of overlapping runs is solved by dynamic programming, from the tip of the limb to its
+    root. All gains must be above 0.
     """
     many = last.max(initial=0) + 1
     order = np.lexsort((-last, frame * many + first))

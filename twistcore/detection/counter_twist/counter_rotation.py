@@ -1,4 +1,4 @@
-"""The counter-rotation d(t) of every chain of a limb, with its scale [Method, steps 2-3]."""
+"""Compute the counter-rotation, the opposite turn of parent and child [Method, steps 2-3]."""
 
 from __future__ import annotations
 
@@ -22,35 +22,42 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-SIGNIFICANT = 4.0  # |d| in σ: natural motion exceeds it in ~1 % of the frames before pairing
-AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| up to which both show the same turn
-LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # in σ; a frame with such a jump is not good
-# In the first round it is better to leave out too many frames: a clean frame returns in the next
-# round, but a ramp that is mistaken for motion widens σ until nothing next to it is conspicuous. 4
-# → 3, measured on half of CMU: ramp 4 at 30 Hz 90.1 → 97.5 %, rich at 60 Hz 82.2 → 88.3 %.
+SIGNIFICANT = 4.0  # minimum |d| in σ; natural motion exceeds it in about 1 % of the frames
+# The residuals rx and ry show the same turn if |wrap(rx + ry)| is at most this share of |d| plus
+# this multiple of its own σ.
+AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0
+LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # in σ; a frame with such a jump of one signal is not good
+# The limit for |d| in the first round. It is better to leave out too many frames there: a clean
+# frame is used again in the next round, but a ramp that is mistaken for motion increases σ until no
+# frame next to it is significant. On half of the CMU clips, the change from 4 to 3 raised the
+# success rate from 90.1 to 97.5 % for ramps of 4 frames at 30 Hz, and from 82.2 to 88.3 % for
+# protocols with several errors at 60 Hz.
 SIGNIFICANT_COARSE = 3.0
-COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 for ramps of 5 frames and close edges, 4 for the rest
-ROUNDS = 6
-RESOLVE = 4.0  # in σ: for such a jump in any signal, the chains of a limb are solved together
+# Distances between samples for the median, in frames, by round: 7 for ramps of 5 frames and edges
+# that are close together, 4 for all others.
+COARSE_STEPS = (4, 4, 7, 7)
+ROUNDS = 6  # maximum number of rounds
+RESOLVE = 4.0  # in σ; in frames with such a jump, the chains of a limb are solved together
 SAME = 1e-9  # σ; smaller differences are ignored
-# The minimum σ between linear keys, as a share of the pace there: if channels change evenly, a
+# The minimum σ between linear keys, as a share of the pace there. If channels change evenly, a
 # joint turns unevenly, especially if it turns far.
 UNEVEN = 0.15
-STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
+STEADY_GAP = 4.0  # frames; residuals across longer gaps do not show the local σ
 
 
 @dataclass(frozen=True, eq=False)
 class CounterRotation:
-    """The part of the increments of limbs that natural motion does not explain.
+    """The part of the twist increments of chains that natural motion does not explain.
 
-    All arrays have the shape (chains, frames) and are in radians.
+    All arrays have the shape (chains, frames), and angles are in radians.
 
     Attributes
     ----------
     x, y
-        The captured twist increments of the parent P and the child C of each chain.
+        The captured twist increments of the parent and the child of each chain.
     rx, ry
-        The residuals of x and y, without the effects of errors in neighbouring chains.
+        The residuals of x and y: the captured minus the predicted increments, without the effects
+        of errors in neighbouring chains.
     sigma_x, sigma_y
         The scales of the residuals.
     d
@@ -58,9 +65,9 @@ class CounterRotation:
     sigma
         The scale of d.
     event
-        True where d is significant and both signals agree.
+        True where d is significant and both residuals agree.
     lone
-        True where one signal makes a large jump, whether or not the other signal agrees.
+        True where one residual is very large, whether or not the other agrees.
     """
 
     x: Array
@@ -80,8 +87,8 @@ def counter_rotation(
 ) -> CounterRotation:
     """Return the counter-rotation of all chains of limbs.
 
-    `cut` is the mask of the increments that cross a cut and are never used, shape (frames,). `tell`
-    is called before every round.
+    `cut` is the mask of the increments that cross a cut and are not used, shape (frames,). `tell`
+    is called with the progress before each round.
     """
     tell = tell or nobody
     captured = limbs.increments()
@@ -115,14 +122,15 @@ def counter_rotation(
 
 
 class _Rounds:
-    """The rounds of an iteration: predict, measure the scale, and solve the chains together.
+    """The rounds of an iteration, each of which uses the good frames of the previous round.
 
-    Each round uses the good frames of the previous round.
+    In a round, the increments are predicted, the scales are measured, and the effects of errors on
+    neighbouring chains are removed.
     """
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
-        self._live = np.tile(~cut, limbs.count)
+        self._live = np.tile(~cut, limbs.count)  # (limbs · frames,)
         self._least = least_scale(limbs.step)
         self._predictor = Predictor(captured)
         self._signals = captured
@@ -134,9 +142,10 @@ class _Rounds:
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and their scales for the next round, both (2, chains, frames).
+        """Return the residuals and their scales in the next round, both (2, chains, frames).
 
-        `good` is the mask of the good frames and `turn` is the number of the round.
+        `good` is the mask of the good frames, (chains, frames), and `turn` is the number of the
+        round.
         """
         if self._limbs.keys is not None:
             return self._between_keys(good, turn)
@@ -164,7 +173,10 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales between linear keys, where the pace changes only at keys."""
+        """Return the residuals and scales in a clip with linear keys, in which only keys are free.
+
+        Between two keys, the pace of natural motion is constant.
+        """
         assert self._limbs.keys is not None
         keys = self._limbs.keys
         predicted = between_keys(self._signals, good, keys)
@@ -174,7 +186,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales.
+        """Return the residuals and scales for given predictions and scales, (2, chains, frames).
 
         From the second round on, the effects of errors in neighbouring chains are removed.
         """
@@ -184,7 +196,11 @@ class _Rounds:
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal, by the fit in its good frames."""
+        """Choose cubic or linear prediction for each signal by the errors in its good frames.
+
+        `root_cubic` and `root_linear` are the roots of the absolute errors in the irregular frames,
+        which have the flat indices `at`.
+        """
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (
@@ -204,10 +220,10 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Remove the effects of neighbours' errors from `residual`, in place.
+        """Remove the effects of errors in neighbouring chains from `residual`, in place.
 
-        Only frames with a jump are examined. The solution of a frame is reused if its prediction
-        and scale have not changed since the previous round.
+        Only frames with a jump are examined. The solution of a frame is reused if its predictions
+        and scales have not changed since the previous round.
         """
         flat = 2, len(self._limbs), -1
         jumps = (np.abs(residual) > RESOLVE * sigma).reshape(2 * len(self._limbs), -1)
@@ -236,15 +252,17 @@ class _Rounds:
 def _jumps(
     residual: Array, sigma: Array, significant: float = SIGNIFICANT, lone_jump: float = LONE_JUMP
 ) -> tuple[Mask, Mask, Mask]:
-    """Return masks of events, lone jumps, and frames with disagreeing signals, (chains, frames).
+    """Return masks of the events, the lone jumps, and the frames with residuals that disagree.
 
-    Only frames with a large |(rx/σx, ry/σy)|, which is ≥ |d|/σ (Cauchy-Schwarz), can be any of
-    these.
+    `residual` and `sigma` have the shape (2, chains, frames), and the masks have the shape (chains,
+    frames). `significant` and `lone_jump` are the limits of events and lone jumps in σ.
     """
+    # Examine only frames with a large norm of (rx/σx, ry/σy), which is at least |d|/σ because of
+    # the Cauchy-Schwarz inequality. Above 1.5 radians, this does not hold, because d wraps.
     z = residual / sigma
     z *= z
     may = z[0] + z[1] > 0.99 * significant**2
-    for r in residual:  # beyond 1.5 radians d wraps
+    for r in residual:
         may |= r > 1.5
         may |= r < -1.5
     at = np.flatnonzero(may)
@@ -259,10 +277,11 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """Return d, the disagreement wrap(rx + ry), and the scales of both, for residuals (2, …).
+    """Combine the residuals rx and ry, (2, …), with their scales `sigma`, (2, …).
 
-    d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180°, both residuals
-    may have the same sign, and their mean must not become 0.
+    Returns the counter-rotation d, the disagreement wrap(rx + ry), and the scales of both, each
+    (…). d is the circular mean of rx and −ry, weighted by inverse variance. Near ±180°, both
+    residuals may have the same sign, and the mean must not become 0.
     """
     variance = sigma * sigma
     both = variance[0] + variance[1]
@@ -272,7 +291,11 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask of the frames without signs of a jump, leaving out doubtful frames."""
+    """Return a first mask, (chains, frames), of the good frames, without doubtful frames.
+
+    `signals` contains the captured increments, (2, chains, frames), `live` is the mask of the
+    frames to use, and `half` is half the window for the local scale in frames.
+    """
     good = live.copy()
     residual = root = signals
     known = 0

@@ -1,14 +1,13 @@
-"""Solve chains that share a joint together, frame by frame [Method, step 4].
+"""Find the errors of all chains of a limb that explain the jumps in a frame [Method, step 4].
 
-In every frame with a jump, the errors of chains are found that explain the jump at the lowest cost.
-
-Costs are assigned to joints: the motion of joint j appears in x of chain j and in y of chain j−1. A
-*run* of neighbouring chains with errors, i…j, changes only the costs of joints i…j+1
-(:mod:`twistcore.detection.limbs`), and two runs with an error-free chain between them have no joint
-in common. So each run is solved separately, and then the cheapest set of runs along the line is
-chosen. A run saves at most its joints' costs without the run, and no joint costs as much as one
-more chain with an error. Therefore only short runs in few positions need to be tried, and their
-number is proportional to the length of the line.
+The errors with the lowest total cost are chosen. Costs belong to joints: the motion of joint j
+appears in x of chain j, of which it is the parent, and in y of chain j−1, of which it is the child.
+A *run* of neighbouring chains i…j, which all have an error, changes only the costs of the joints
+i…j+1 (:mod:`twistcore.detection.limbs`). Two runs with an error-free chain between them have no
+joint in common. Each run is therefore solved separately, and then the cheapest set of runs is
+chosen. A run saves at most the costs of its joints without the run, and no joint costs as much as
+an additional chain with an error. Only short runs in few positions must therefore be tried, and
+their number is proportional to the length of the limb.
 """
 
 from __future__ import annotations
@@ -22,28 +21,37 @@ from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Costs are negative log likelihoods. x of chain k and y of chain k−1 belong to the motion of one
-# joint: if both jump and no error explains it, this joint jumped alone, which is counted once.
+# Costs are negative log-likelihoods in nats. If a joint jumps alone, both x of its chain and y of
+# the chain above jump, but the jump is counted only once.
 JOINT_JUMP = 16.0
-CHAIN_ACTIVE = 6.0
-# Two errors seldom begin in the same frame, and two opposite ones in a straight limb do not
-# turn the joint between them: they look like two natural jumps. Tuned on false alarms of rich
-# protocols.
+CHAIN_ACTIVE = 6.0  # cost of the first chain with an error
+# Additional cost of each further chain with an error, because two errors seldom begin in the same
+# frame. In a straight limb, two opposite errors do not turn the joint between them, and so look
+# like two natural jumps. Tuned on the false alarms of protocols with several injected errors.
 ANOTHER_ACTIVE = 18.0
-# A joint that jumps alone may turn to any angle, and the caps express how rare that is compared
-# with the usual residual. If the usual residual is small, as at a hinge, a jump is even rarer and
-# costs log(HINGE / σ) more. Measured on CMU: elbows with σ 0.005° remained wrong by 0.4° and 1.9°
-# at a cost of 14 nats.
+# If the usual residual of a joint is small, as at a hinge, a lone jump is rarer and costs
+# log(HINGE / σ) more. Without this, two elbows with a σ of 0.005° in CMU clips remained wrong by
+# 0.4° and 1.9°.
 HINGE = float(np.radians(0.3))
 _SWEEPS = 4  # sweeps of Gauss-Seidel; three chains converge to < 0.01° in three sweeps
 _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Return the increments x and y at frames `t` without the effects of neighbours' errors.
+    """Return the twist increments of chains without the effects of errors in neighbouring chains.
 
-    `signals`, `predicted`, `sigma` and the result are in radians and have the shape (2, n, len(t)).
-    `sigma` must not be below `prediction.FLOOR`.
+    All arrays except `t` are in radians and have the shape (2, n, m) for x and y of n chains.
+
+    Parameters
+    ----------
+    limbs
+        The limbs.
+    t
+        The m frames, as flat indices into (limbs, frames).
+    signals, predicted
+        The captured and the predicted increments in these frames.
+    sigma
+        The scales of their differences, at least `prediction.FLOOR`.
     """
     clean = np.empty_like(signals)
     size = max(1, _BLOCK // len(limbs))
@@ -56,18 +64,21 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """The signals of limbs at frames `t`, sorted by joint instead of by chain.
+    """The signals of limbs in m frames, sorted by joint instead of by chain.
 
-    For each joint, these are x of the chain below and y of the chain above.
-
-    A joint at an end belongs to only one chain. The residual of the missing chain is 0.
+    For each joint, these are x of the chain below and y of the chain above. A joint at an end
+    belongs to only one chain; the residual of the missing chain is 0.
 
     Attributes
     ----------
+    limbs
+        The limbs, of n chains each.
+    t
+        The frames, as flat indices into (limbs, frames), shape (m,).
     captured, predicted, sigma
-        In radians, shape (2, n + 1, len(t)).
+        The captured and predicted increments and their scales, radians, shape (2, n + 1, m).
     rarer
-        The extra cost of a lone jump, above the caps.
+        The additional cost of a lone jump, shape (2, n + 1, m).
     """
 
     limbs: Limbs
@@ -87,7 +98,7 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 
 
 def _by_joint(values: Array, beyond: float) -> Array:
-    """Convert x and y of chains, (2, n, frames), to values of joints, (2, n + 1, frames).
+    """Convert values for x and y of chains, (2, n, m), to values of joints, (2, n + 1, m).
 
     `beyond` is the value for the missing chains at the ends.
     """
@@ -98,7 +109,7 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of the residuals at each joint, (2, joints, …) → (joints, …).
+    """Return the cost of the residuals of each joint in nats, (2, joints, …) → (joints, …).
 
     `rarer` is the additional cost of a lone jump.
     """
@@ -110,12 +121,12 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the joints' increments without the effects of errors, (2, n + 1, frames)."""
+    """Return the increments of joints without the effects of errors, in radians, (2, n + 1, m)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
-    # Together with other runs, a run may be chosen if it gains more than 0. Alone, it may be chosen
-    # if it gains more than −ANOTHER_ACTIVE, because the first chain costs less, and more than any
-    # other run of its frame.
+    # A run that is chosen together with others must gain more than 0. The only run of a frame must
+    # gain more than −ANOTHER_ACTIVE, because its first chain costs less, and more than any other
+    # run of the frame.
     enough = np.full(frames, -ANOTHER_ACTIVE)
     found: list[tuple[Index, Index, Index, Array]] = []
     trials: list[Array] = []
@@ -124,7 +135,7 @@ def _explained(line: _Line) -> Array:
         price = length * (CHAIN_ACTIVE + ANOTHER_ACTIVE)
         at = np.flatnonzero(saved > price + enough + SAME)
         if not len(at):
-            break  # longer runs are not worth their cost either: no joint costs as much as a chain
+            break  # longer runs do not gain enough either: no joint costs as much as a chain
         first, frame = np.divmod(at, frames)
         trial, cost = _solved(line, first, length, frame)
         gain = saved.ravel()[at] - price - cost
@@ -146,10 +157,11 @@ def _explained(line: _Line) -> Array:
 
 
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
-    """Solve runs of `length` chains; return the increments of their joints and the remaining cost.
+    """Find the errors in runs of `length` chains; return their joints' increments and their costs.
 
     `first` contains the first chain and `frame` the frame of each run, shape (runs,). The
-    increments have the shape (2, length + 1, runs), and the cost has the shape (runs,).
+    increments, without the effects of the errors, have the shape (2, length + 1, runs), and the
+    costs of the residuals have the shape (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer
@@ -172,7 +184,7 @@ class _Runs:
     captured, predicted, sigma, rarer
         The values of :class:`_Line` for the joints of each run, shape (2, length + 1, runs).
     down, up
-        Functions for the effects of an error on the chains below and above.
+        Functions for the effect of a chain's error on x of the next and y of the previous chain.
     """
 
     down: Image
@@ -183,10 +195,10 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the effects of the errors, and the cost of the residuals.
+        """Return the increments without the effects of the errors, and the costs of the residuals.
 
-        The cost has the shape (runs,). The iteration begins at the tip of the limb if `tip_first`
-        is True, and at its root if not.
+        The costs have the shape (runs,). The iteration begins at the tip of the limb if `tip_first`
+        is True, and at its root if it is False.
         """
         d = self._errors(tip_first)
         trial = self.captured.copy()
@@ -197,9 +209,10 @@ class _Runs:
         return trial, _joint_cost(residual, self.sigma, self.rarer).sum(axis=0)
 
     def _errors(self, tip_first: bool) -> Array:
-        """Return the errors d of the chains, (length, runs).
+        """Return the errors of the chains, in radians, (length, runs), by Gauss-Seidel iteration.
 
-        The first sweep uses only signals that no error of the run has changed yet.
+        In the first sweep, an error is estimated only from the signal in which all other errors of
+        the run are already known.
         """
         (x, y), (px, py) = self.captured, self.predicted
         variance = self.sigma * self.sigma

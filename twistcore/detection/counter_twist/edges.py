@@ -1,4 +1,4 @@
-"""Edges: short runs of frames in which an error begins or ends [Method, step 5]."""
+"""Find edges: short runs of frames in which an error may begin or end [Method, step 5]."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-LONGEST = 6  # frames; slower onsets are drift, not edges
-ALONE = float(np.radians(75.0))  # a jump this large in one frame is not part of a ramp
-# Errors of prediction are correlated over a run, but not fully: σ of the sum of w frames over the
-# sum of their σ, measured on blocks of w frames of CMU clips (w = 1…6).
+LONGEST = 6  # maximum length of an edge in frames; a slower onset is drift
+ALONE = float(np.radians(75.0))  # a jump of at least this angle in one frame is not part of a ramp
+# The ratio of σ of a sum over w frames to the sum of their σ, for w = 0…6. The errors of prediction
+# are only partly correlated. Measured on blocks of w frames of CMU clips.
 SUM_SHARE = np.array([1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68])
-DIFFERENT = 3.0  # σ by which x and −y must differ to be interpreted separately
-FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the error
+DIFFERENT = 3.0  # σ by which the turns of parent and child must differ to be used separately
+FOLLOWED = 6.0  # nats: minimum gain of an edge whose frames are all steps of the error
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The possible edges of a chain, sorted by start.
+    """The n possible edges of a chain, sorted by start.
 
-    The same frames can be interpreted as different edges, so edges may overlap.
-
-    All arrays have the shape (n,).
+    The same frames can be interpreted as different edges, so edges may overlap. All arrays have the
+    shape (n,).
 
     Attributes
     ----------
@@ -36,12 +35,11 @@ class Edges:
     jump
         The angle by which the error changes over the edge, in radians.
     sigma
-        The scale of the jump.
+        The scale of the jump, radians.
     gain
         The log-likelihood ratio of an error over natural motion, in nats.
     primary
-        True for the best interpretation of these frames. Other interpretations of an edge inside an
-        interval are not counted.
+        True for the best interpretation of the frames. Inside an interval, only such edges count.
     """
 
     start: Index
@@ -61,14 +59,18 @@ class Edges:
 
 
 def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
-    """Return all possible edges of a chain, and a mask of the frames with a step, (frames,)."""
+    """Return all possible edges of a chain, and a mask of its steps, (frames,).
+
+    Steps are the frames in which the offset of an interval may change. `chain` is the row of the
+    chain in the counter-rotation.
+    """
     d, event = counter.d[chain], counter.event[chain]
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
     large = size > SIGNIFICANT * counter.sigma[chain]
-    # Runs of one sign, whether or not both signals agree: in a ramp, a natural jump may hide the
-    # agreement in a frame. If frames without agreement split such a run, the pieces are further
-    # interpretations.
+    # `wide` contains runs of frames with turns of one sign, whether or not both joints agree,
+    # because a natural jump may hide the agreement in a frame of a ramp. If such a run contains
+    # frames without agreement, the pieces between them are further interpretations (`narrow`).
     seen_or_large = np.flatnonzero(event | counter.lone[chain] | large)
     wide = _runs(seen_or_large, large, d)
     narrow = _runs(seen, event, d)
@@ -90,9 +92,10 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of consecutive frames with the same sign and kind, (n, 2).
+    """Return runs [start, stop) of consecutive frames with the same sign of d and kind, (n, 2).
 
-    `at` contains the frames to examine. A run has at most LONGEST frames.
+    `at` contains the frames to examine, `kind` is a mask and `d` is the counter-rotation, both
+    (frames,). A run has at most LONGEST frames.
     """
     d, kind = d[at], kind[at]
     joins = np.zeros(len(at), dtype=bool)
@@ -106,7 +109,10 @@ def _runs(at: Index, kind: Mask, d: Array) -> Index:
 
 
 def _peaks(size: Array, bounds: Index) -> Index:
-    """Return the frame with the largest size in each run, or the first if several are equal."""
+    """Return the frame with the largest size in each run, the first one if several are equal.
+
+    `size` has the shape (frames,), and `bounds` contains the runs [start, stop), shape (runs, 2).
+    """
     peak = bounds[:, 0].copy()
     for k in range(1, LONGEST):
         at = np.minimum(bounds[:, 0] + k, bounds[:, 1] - 1)
@@ -119,10 +125,19 @@ def _readings(
 ) -> tuple[Index, Array, Array, Array, Mask]:
     """Return the possible interpretations of runs of frames as edges.
 
-    The result consists of five arrays: the index of the run, the jump, its σ, its gain, and True
-    for the first interpretation of a run. A run is interpreted as the weighted mean of both
-    signals. If the signals differ, it is interpreted as each of them instead, the quieter one
-    first.
+    The jump of an edge is the weighted mean of both joints' turns. If the turns differ, the run is
+    interpreted twice, with the turn of each joint, first of the joint with the smaller scale.
+
+    Returns
+    -------
+    run : ndarray, shape (n,)
+        The index of the run of each interpretation.
+    jump, sigma : ndarray, shape (n,)
+        The jump and its scale, radians.
+    gain : ndarray, shape (n,)
+        The log-likelihood ratio of an error over natural motion, in nats.
+    first : ndarray, shape (n,)
+        True for the first interpretation of a run.
     """
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))

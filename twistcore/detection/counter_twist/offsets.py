@@ -1,7 +1,4 @@
-"""The offset of each pair of edges: the running sum of its jumps, which returns to 0.
-
-These are steps 5 and 6 of [Method].
-"""
+"""Compute the offset of each interval in every frame from its jumps [Method, steps 5-6]."""
 
 from __future__ import annotations
 
@@ -16,26 +13,29 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# C is considered to turn back only a part if both edges show it: x + y jumps there by this many σ
-# and by this share of P's jump, and both P's jumps and the jumps of x + y add up to 0. The longest
-# edges may be parts of softer onsets, which the predictions of x and y follow to different degrees.
+# The child is considered to turn back only a part of the error if both edges show this: the sum of
+# both joints' turns jumps by NOT_FOLLOWED_SIGMA σ and by the share NOT_FOLLOWED of the parent's
+# jump, and the jumps at both edges add up to 0, for the parent and for the sum. The longest edges
+# are not used, because they may be parts of softer onsets, which the predictions of parent and
+# child follow to different degrees.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
-LEAST_FOLLOWED = 0.3  # with less, one joint jumps alone, which is not a twist error
+LEAST_FOLLOWED = 0.3  # if the child turns back a smaller share, the parent jumps alone
+# Tolerance for jumps that add up to 0: in σ, as a share of the larger jump, and as an angle.
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """The error of an interval in each frame from `start` on.
+    """The twist error of an interval over time, from frame `start` on.
 
     Attributes
     ----------
     offset
-        The twist error of the parent P in each frame, radians, shape (frames,).
+        The twist error of the parent in each frame, radians, shape (frames,).
     residual
-        The angle that remains after the closing edge, radians.
+        The angle that remains after the last edge, radians.
     followed
-        The fraction of the error that the child C turns back; less than 1 only if both edges show
+        The fraction of the error that the child turns back; less than 1 only if both edges show
         this.
     """
 
@@ -48,11 +48,24 @@ class Course:
 def offsets_of(
     pairs: Sequence[Pair], table: PairTable, counter: CounterRotation, chain: int, step: Mask
 ) -> list[Course]:
-    """Return the error of each interval in every frame.
+    """Return the twist error of each interval over time.
 
     The error is the running sum of the interval's steps. The angle that remains at the end is
-    distributed over the steps in proportion to their variance. If C turns back only part of the
-    error, the size of the error is measured at the jumps of P alone.
+    distributed over the steps in proportion to their variance. If the child turns back only a part
+    of the error, the size of the error is measured at the jumps of the parent alone.
+
+    Parameters
+    ----------
+    pairs
+        The intervals, as pairs of edges of `table`.
+    table
+        The table of a segment.
+    counter
+        The counter-rotation.
+    chain
+        The row of the chain in `counter`.
+    step
+        Mask of the frames in which the offset may change, shape (frames,).
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
@@ -67,9 +80,9 @@ def offsets_of(
 def _measured_at_parent(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Return the error measured at the jumps of P alone, if C clearly turns back only part of it.
+    """Return an error measured at the jumps of the parent alone.
 
-    In all other cases, the error is returned unchanged.
+    The error is returned unchanged unless the child clearly turns back only a part of it.
     """
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
@@ -86,7 +99,7 @@ def _measured_at_parent(
     sigma = np.hypot(sigma_x, sigma_y)
     size = np.abs(parent)
     if (
-        not size.all()  # if P does not move there is nothing for C to follow
+        not size.all()  # if P does not move, C has nothing to turn back
         or max(a.stop - a.start for a in at) >= LONGEST
         or (child * parent < LEAST_FOLLOWED * parent**2).any()
         or (apart * parent < NOT_FOLLOWED * parent**2).any()
@@ -105,9 +118,9 @@ def _measured_at_parent(
 
 
 def _alike(values: Array, sigma: Array, size: Array) -> bool:
-    """Return True if the values at both edges differ no more than their scales allow.
+    """Return True if the values at both edges are equal within the tolerance.
 
-    `sigma` contains the scales of both values, and `size` contains the sizes of P's jumps.
+    `sigma` contains the scales of both values, and `size` the sizes of the parent's jumps.
     """
     allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
     return bool(abs(values[0] - values[1]) <= allowed)
@@ -116,7 +129,10 @@ def _alike(values: Array, sigma: Array, size: Array) -> bool:
 def _closed(
     pairs: Sequence[Pair], table: PairTable, d: Array, variance: Array, step: Mask
 ) -> list[Course]:
-    """Return the errors of all intervals with two edges. All are computed in one array."""
+    """Return the errors of intervals with two edges, computed together in one array.
+
+    `d` is the counter-rotation of the chain and `variance` its variance, both (frames,).
+    """
     if not pairs:
         return []
     edges = table.edges
@@ -152,21 +168,21 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """Return the error of an interval that begins or ends at a border and so has only one edge.
+    """Return the error of an interval with one edge, between the edge and a border of the segment.
 
-    The level of the error is constant between the edge and the border.
+    The error is constant between the edge and the border.
     """
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
     jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)
-    if stop - start == 1:  # the same level in all frames, possibly most of a long clip
+    if stop - start == 1:  # the same value in all frames, which may be most of a long clip
         first, length = (start, table.high - start) if pair.opening >= 0 else (table.low, 0)
         length = length or stop - 1 - table.low
         level = jumps if pair.opening >= 0 else -jumps
         return Course(first, np.broadcast_to(wrap(level), length), 0.0)
     if pair.opening < 0:
         offset = np.zeros(stop - 1 - table.low)
-        rest = -jumps[::-1].cumsum()[::-1]  # δ(t) = −(sum of the remaining jumps)
+        rest = -jumps[::-1].cumsum()[::-1]  # the negative sum of the remaining jumps
         offset[:] = rest[0]
         offset[start - 1 - table.low :] = rest
         return Course(table.low, wrap(offset), 0.0)

@@ -1,1 +1,1 @@
-"""The built-in detectors: one file each, named after the detector, with the constant DETECTOR."""
+"""The built-in detectors. Each file is named after the detector and contains it as `DETECTOR`."""

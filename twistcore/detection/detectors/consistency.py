@@ -1,4 +1,4 @@
-"""The consistency detector, the default."""
+"""The consistency detector, which is the default."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """Find intervals of counter-rotation that natural motion does not explain."""
+    """A detector of opposite turns of parent and child that natural motion does not explain."""
 
     info = DetectorInfo(
         name="consistency",
@@ -33,7 +33,10 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains up to the point where τ is needed. `tell` is called with the progress."""
+        """Analyse chains of a motion, up to the point where τ is needed.
+
+        `tell` is called with the progress, from 0 to 1.
+        """
         return analyse_chains(motion, chains, tell)
 
 

@@ -1,4 +1,4 @@
-"""The detector of [Choi26] §3.3, unchanged. All tables use it as the baseline."""
+"""The detector of [Choi26] §3.3, unchanged. It is the baseline in all tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """Find frames in which a parent P and its child C twist in opposite directions.
+    """A detector of frames in which parent and child twist in opposite directions by at least τ.
 
     In these frames, min(|Δθp|, |Δθc|) ≥ τ.
     """
@@ -36,7 +36,7 @@ class PaperDetector:
     ) -> PaperAnalysis:
         """Compute the signals of chains, which do not depend on τ.
 
-        `tell` is called with the progress.
+        `tell` is called with the progress, from 0 to 1.
         """
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 

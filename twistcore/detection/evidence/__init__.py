@@ -1,4 +1,4 @@
-"""Combine all evidence into the probability that the correction of a counter-twist is right."""
+"""Estimate the probability that the correction of a counter-twist is right from all evidence."""
 
 from twistcore.detection.evidence.judgement import Judgement, judgement_of, unanswered
 from twistcore.detection.evidence.terms import Background, Find, Terms, terms_of, usual_side

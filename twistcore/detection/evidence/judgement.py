@@ -1,8 +1,8 @@
-"""The probability that a correction is right, and the doubts about it in words.
+"""Compute the probability that a correction is right, and express the doubts about it in words.
 
 The probability is a logistic function of terms. The sign of each term follows from physics. The
-weights were fitted on injected errors and on intervals in public captures that were judged one by
-one (see `benchmarks.evidence`).
+weights were fitted to injected errors and to intervals in public captures that people judged (see
+`benchmarks.evidence`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from types import MappingProxyType
 from twistcore.detection.evidence.terms import BENT, Terms
 from twistcore.work.frozen import dataclass
 
-# Log odds for each term of :func:`weighed`.
+# The weight of each term of :func:`weighed`, in log odds.
 WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
         "base": -0.62,
@@ -33,23 +33,25 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
         "long": 2.35,
     }
 )
-_LONG = 0.7  # seconds: longer intervals are mostly motion
-_LONG_SILENT = 2.0  # seconds: the same for an interval that a silent joint shows
-_CLEAR, _SILENT = 3.0, 20.0  # nats: clear evidence of the azimuth or of a silent joint
-_AGAINST = -5.0  # nats by which a bone contradicts an error of a straight limb
+_LONG = 0.7  # seconds: a longer interval is mostly motion
+_LONG_SILENT = 2.0  # seconds: the same limit for an interval that a silent joint shows
+_CLEAR, _SILENT = 3.0, 20.0  # nats: clear evidence from the azimuth, or from a silent joint
+_AGAINST = -5.0  # nats: with less evidence from a bone, the bone clearly does not turn
 _QUIET = 0.1  # degrees: a bone with a smaller usual turn hardly turns
-_SPEAKS = 0.7  # nats from which the azimuth or C's side supports the correction
-_HINGE, _OFF = 3.0, 1.0  # degrees: spread of an exact hinge; how far a joint may leave its side
-_SMALL = 3.0  # degrees: a person decides about smaller turns, unless they are clear
-# log odds of a correction that turns a joint away from an exact hinge, or that corrects noise
+_SPEAKS = 0.7  # nats: minimum evidence from the azimuth or the usual side for a correction
+# Degrees: maximum spread of a hinge, and how much farther a correction may turn the bone from it.
+_HINGE, _OFF = 3.0, 1.0
+_SMALL = 3.0  # degrees: a person decides about a smaller turn, unless it is clear
+# The log odds of a correction that turns a bone away from its hinge or that corrects noise.
 _NEVER = -3.0
-_MOTION = -3.0  # log odds below which a turn is considered motion
+_MOTION = -3.0  # log odds below which an interval is considered natural motion
 _SURE = 1.5  # log odds from which no doubts are listed
-_LISTED_BELOW = -0.4  # log odds from which a term is listed as a doubt
+_LISTED_BELOW = -0.4  # a term with at most these log odds is listed as a doubt
 
-_USUAL = 10.0  # degrees: a fast turn of a joint, if the clip shows too little natural motion
+# Degrees: the assumed size of natural opposite turns if the clip shows too little natural motion.
+_USUAL = 10.0
 _UNNAMED = "joint"
-# Everyday names for the joint below a bone.
+# Everyday names for the joint at the end of a segment.
 MIDDLE = {
     "Shoulder": "shoulder",
     "Arm": "elbow",
@@ -61,7 +63,7 @@ MIDDLE = {
 
 @dataclass(frozen=True)
 class Judgement:
-    """The result of weighing the evidence about an interval.
+    """The judgement of an interval from all evidence.
 
     Attributes
     ----------
@@ -75,8 +77,8 @@ class Judgement:
         True if the interval is natural motion or the roll of one joint, with odds of at least
         twenty to one.
     small
-        True if the turn is so small that a person must decide, because neither the azimuth nor a
-        silent joint shows it.
+        True if a person must decide, because the turn is small and neither the azimuth nor a silent
+        joint shows it clearly.
     """
 
     score: float
@@ -125,18 +127,24 @@ def _clear(t: Terms) -> bool:
 def unanswered(t: Terms) -> bool:
     """Return True if one of the two bones clearly does not turn with the error at its edges.
 
-    The result is False if one of the bones hardly turns in the rest of the clip, because then its
-    turn at the edges is sufficient evidence.
+    The result is False if one of the bones hardly turns in the rest of the clip, because its turn
+    at the edges is then sufficient evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
 
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
-    """Judge the evidence about an interval.
+    """Judge an interval from the evidence about it.
 
-    `segment` is the chain's segment, from which the doubts take the joint's name. `straight` is
-    True if the interval was found as an error of a straight limb, in which both bones must turn at
-    the ends of the interval.
+    Parameters
+    ----------
+    t
+        The evidence.
+    segment
+        The segment of the chain, which determines the name of the joint in the doubts.
+    straight
+        True if the interval was found as an error of a straight limb, in which both bones must turn
+        at the ends of the interval.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -164,7 +172,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
-    """Return the doubt that a term expresses as a clause, or '' if the term expresses none."""
+    """Return the doubt for a term as a clause, or '' for a term without words."""
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":

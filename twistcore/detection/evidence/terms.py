@@ -1,8 +1,8 @@
-"""The evidence for and against a correction as terms, each relative to the rest of the clip.
+"""Compute the evidence for and against a correction as terms, relative to the rest of the clip.
 
-All angles are in degrees. A term is in nats: the cost of a turn as natural motion minus its cost as
-the error. Costs are measured on the scale of the same signal at the same pace elsewhere in the
-clip.
+All angles are in degrees. P is the parent and C the child of a chain. A term in nats is the cost of
+a turn as natural motion minus its cost as the error. The scale of a cost is the usual turn of the
+same signal over as many frames elsewhere in the clip.
 """
 
 from __future__ import annotations
@@ -23,23 +23,33 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°, the smallest bend with a reliable azimuth at an edge
-_LEAST = 0.3  # an edge with a smaller turn is no evidence
+_LEAST = 0.3  # degrees; an edge with a smaller turn is no evidence
 _REACHED = 0.8  # share of the largest offset at which an edge ends
-_BONE = 2.5  # uncertainty of a bone's direction; the azimuth's is this divided by sin(bend)
-_ELSEWHERE = 1.0  # minimum seconds without errors to know the natural motion
-_BESIDE = 0.1  # seconds on either side of an edge
-_NOISE = 3  # frames next to an error within which a burst of noise is evidence against it
-_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge built into the rig; minimum number of frames
-_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb, even such a hinge is no evidence
-_NEAR = 0.6  # seconds within which an edge's neighbours have more weight
+# Uncertainty of a bone's direction in degrees. The uncertainty of the azimuth is this divided by
+# the sine of the bend.
+_BONE = 2.5
+_ELSEWHERE = 1.0  # minimum time without errors that shows the natural motion, in seconds
+_BESIDE = 0.1  # time on either side of an edge that is near it, in seconds
+_NOISE = 3  # frames next to an error in which a burst of noise is evidence against it
+# A hinge is exact, built into the rig, if the bone leaves it by less than this number of degrees;
+# the second value is the minimum number of frames that show this.
+_EXACT, _ENOUGH = 0.5, 20
+_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb, even an exact hinge is no evidence
+_NEAR = 0.6  # time on either side of an edge in which turns have more weight, in seconds
 
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """An error in frames [start, stop).
+    """A possible error of a chain in frames [start, stop).
 
-    `offset` contains the angles to remove from the twist of the parent joint P, in degrees.
-    `silent` is True if the error appears at a joint that never twists elsewhere in the clip.
+    Attributes
+    ----------
+    start, stop
+        The first frame and the frame after the last.
+    offset
+        The wrong angle of P in each frame, degrees.
+    silent
+        True if the error appears at a joint that never twists elsewhere in the clip.
     """
 
     start: int
@@ -49,7 +59,7 @@ class Find:
 
     @classmethod
     def of(cls, interval: Interval) -> Find:
-        """Return the error that an interval describes."""
+        """Return the possible error that an interval describes."""
         silent = bool((interval.evidence or {}).get("silent_joint"))
         return cls(interval.start, interval.stop, np.degrees(interval.offset), silent)
 
@@ -64,35 +74,50 @@ class Edge:
 
     @property
     def width(self) -> int:
-        """The number of the edge's frames."""
+        """The number of frames of the edge."""
         return self.stop - self.start
 
 
 @dataclass(frozen=True)
 class Terms:
-    """The evidence about one error.
+    """The evidence about one error. Angles are in degrees.
 
-    - hinged: True if the chain has an azimuth
-    - for_x, for_y, for_azimuth: the agreement between the signal's turn at the edges and the error,
-      nats
-    - rougher: the increase in the azimuth's roughness after the correction, nats
-    - edge_bend: sin² of the bend at the edge at which the limb is bent more
-    - off_before, off_after: the angle of C's bone from its usual side before and after the
-      correction, NaN if unknown
-    - side_spread: the 95 % quantile of the angle from that side in the rest of the clip, NaN if
-      unknown
-    - for_side: the evidence that the correction brings C's bone closer to that side, nats
-    - least_bend: the smallest bend in the error's frames
-    - together: the common turn of P and C at the edges, relative to the turn of the offset
-    - rate: the number of such counter-turns per second elsewhere, None if there is too little
-      motion without errors
-    - natural: the 99 % quantile of the counter-turns elsewhere, None in the same case
-    - step: the turn at an edge, the median of both edges
-    - seconds: the duration of the error
-    - quiet: the usual turn of the quieter of P and C in as many frames as an edge has, NaN if
-      unknown
-    - silent: True if the error appears at a joint that never twists elsewhere
-    - noise: σ of a burst of noise at the error or next to it, 0 if there is none
+    Attributes
+    ----------
+    hinged
+        True if the azimuth of C's bone is known.
+    for_x, for_y, for_azimuth
+        The evidence that P, C and the azimuth turn with the error at the edges, nats.
+    rougher
+        The increase in the roughness of the azimuth by the correction, nats.
+    edge_bend
+        sin² of the bend, at the edge at which the limb is bent more.
+    off_before, off_after
+        The angle of C's bone from its usual side before and after the correction, NaN if unknown.
+    side_spread
+        The 95 % quantile of the angle from this side in the rest of the clip, NaN if unknown.
+    for_side
+        The evidence that the correction brings C's bone closer to this side, nats.
+    least_bend
+        The smallest bend in the frames of the error.
+    together
+        The common turn of P and C at an edge, divided by the turn of the offset; the larger value
+        of both edges.
+    rate
+        The number of similar opposite turns per second elsewhere, None if there is too little
+        motion without errors.
+    natural
+        The 99 % quantile of opposite turns elsewhere, None if there is too little such motion.
+    step
+        The magnitude of the turn at an edge, the median of both edges.
+    seconds
+        The duration of the error.
+    quiet
+        The usual turn of the quieter of P and C over as many frames as an edge has, NaN if unknown.
+    silent
+        True if the error appears at a joint that never twists elsewhere.
+    noise
+        σ of a burst of noise at the error or next to it, 0 if there is none.
     """
 
     hinged: bool
@@ -117,7 +142,7 @@ class Terms:
 
 
 def terms_of(background: Background, find: Find) -> Terms:
-    """Return the evidence about an error of a chain, relative to the rest of the chain's motion."""
+    """Return the evidence about an error of a chain, compared with the rest of its motion."""
     return _Measured(background.without(find), find).terms()
 
 
@@ -125,7 +150,8 @@ def terms_of(background: Background, find: Find) -> Terms:
 class Background:
     """The motion of a chain outside its errors, with which each error is compared.
 
-    `taken` is the mask of the frames of all errors of the chain, shape (frames,).
+    `chain` contains the signals of the chain, and `taken` is the mask of the frames of its errors,
+    (frames,).
     """
 
     chain: Witnesses
@@ -135,18 +161,18 @@ class Background:
 
     @classmethod
     def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
-        """Return the background of a chain. `finds` are all errors of the chain."""
+        """Return the background of a chain, given the signals and all errors of the chain."""
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
-        """Return the background without the frames of another error."""
+        """Return the background without the frames of an additional error."""
         if self.taken[find.start : find.stop].all():
             return self
         return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
 
     @cached_property
     def busy(self) -> Mask:
-        """Mask of the frames in or next to errors, which do not show natural motion, (frames,)."""
+        """Mask of the frames in errors or next to them, which do not show natural motion."""
         busy = self.taken.copy()
         busy[:-1] |= self.taken[1:]
         busy[1:] |= self.taken[:-1]
@@ -154,12 +180,12 @@ class Background:
 
     @cached_property
     def _busy_before(self) -> NDArray[np.int32]:
-        """The number of busy frames (see :attr:`busy`) before each frame, (frames + 1,)."""
+        """The number of frames of :attr:`busy` before each frame, (frames + 1,)."""
         return np.concatenate([[0], np.cumsum(self.busy, dtype=np.int32)]).astype(np.int32)
 
     @cached_property
     def side(self) -> Side | None:
-        """The usual side of C's bone, or None if it is unknown."""
+        """The usual side to which C's bone bends, or None if it is unknown."""
         return usual_side(self.chain, self.busy)
 
     @cached_property
@@ -182,7 +208,7 @@ class Background:
 
     @cached_property
     def roughness(self) -> float:
-        """The scale of changes in the azimuth's pace, in degrees."""
+        """The usual change of the azimuth's pace from frame to frame, in degrees."""
         known = self.known_azimuth
         rough = np.zeros(self.chain.frames)
         rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
@@ -191,9 +217,9 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames minus its pace, and their scale.
+        """Return the usual turns of a signal over `width` frames.
 
-        `name` is the name of the signal. Frames with errors do not contribute to the scale.
+        `name` is the name of the signal, an attribute of :class:`Witnesses`.
         """
         if (name, width) not in self._known:
             chain = self.chain
@@ -210,7 +236,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return the opposite turns of P and C over `width` frames outside errors."""
+        """Return the opposite turns of P and C over `width` frames, outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -235,16 +261,16 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class _Usual:
-    """The usual turns of a signal.
+    """The turns of a signal over a fixed number of frames.
 
     Attributes
     ----------
     turned
-        The turns minus the pace, in degrees.
+        The turns minus the pace, degrees, shape (frames,).
     free
-        Mask of the frames without errors.
+        Mask of the frames without errors, shape (frames,).
     scale
-        The scale of the turns, NaN if there are too few.
+        The scale of the turns in these frames, degrees, NaN if there are too few.
     """
 
     turned: Array
@@ -254,16 +280,17 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """Turns of P and C in opposite directions.
+    """The opposite turns of P and C over a fixed number of frames.
 
     Attributes
     ----------
     turned
-        The turns in degrees, −1 near errors.
+        The smaller of the two turns, degrees, shape (frames,); 0 if they are not opposite, and −1
+        near errors.
     free
-        The number of frames without errors.
+        The number of frames that are not near errors.
     natural
-        The 99 % quantile of the turns in these frames.
+        The 99 % quantile of `turned` in these frames.
     """
 
     turned: Array
@@ -272,19 +299,19 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Return the number of frames before and after an edge that are considered near it."""
+    """Return the number of frames on either side of an edge that are considered near it."""
     return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
-    """One error of a chain, with the quantities from which its evidence is computed."""
+    """The measurements of one error, from which its evidence is computed."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
 
     @cached_property
     def edges(self) -> list[Edge]:
-        """The edges of the error, except an edge at an end of the clip."""
+        """The edges of the error, except for an edge at an end of the clip."""
         size = np.abs(self.find.offset)
         half = max(len(size) // 2, 1)
 
@@ -301,10 +328,7 @@ class _Measured:
         return [e for e in made if abs(e.turn) > _LEAST]
 
     def _steps(self, low: int, high: int) -> Array:
-        """Return the changes of the offset in frames [low, high).
-
-        The change is 0 in the first frame of the clip.
-        """
+        """Return the changes of the offset in frames [low, high), 0 in the clip's first frame."""
         frames = np.arange(low - 1, high)
         inside = (frames >= self.find.start) & (frames < self.find.stop)
         offset = np.zeros(len(frames))
@@ -315,6 +339,7 @@ class _Measured:
         return steps
 
     def terms(self) -> Terms:
+        """Return the evidence about the error."""
         c, edges = self.chain, self.edges
         before, after, spread, for_side = self._side()
         rate, natural = self._elsewhere()
@@ -344,7 +369,7 @@ class _Measured:
 
     @cached_property
     def _step(self) -> float:
-        """The angle by which the offset changes at an edge, the median of both edges."""
+        """The magnitude of the change of the offset at an edge, the median of both edges."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
         return median(sizes)
 
@@ -359,9 +384,10 @@ class _Measured:
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Return the log-likelihood ratio of the expected turn at an edge over no turn, in nats.
+        """Return the log-likelihood ratio of an expected turn at an edge over no turn, in nats.
 
-        `name` is the name of a signal and `expected` is the turn in degrees that the error causes.
+        `name` is the name of the signal, and `expected` is the turn that the error causes, in
+        degrees.
         """
         c = self.chain
         turns: Array = getattr(c, name)
@@ -391,7 +417,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return the increase in the azimuth's roughness at the edges by the correction, nats."""
+        """Return by how much the correction makes the azimuth rougher at the edges, in nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -413,11 +439,7 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the angles of C's bone from its usual side before and after the correction.
-
-        These are followed by the largest angle in 95 % of the clip, and by the gain of the
-        correction in nats.
-        """
+        """Return `off_before`, `off_after`, `side_spread` and `for_side` of :class:`Terms`."""
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
         if usual is None:
@@ -441,10 +463,7 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return the number of similar turns per second elsewhere, and their 99 % quantile.
-
-        Both are None if there is too little motion without errors.
-        """
+        """Return `rate` and `natural` of :class:`Terms`."""
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
         seconds = against.free / self.chain.fps
@@ -457,16 +476,16 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The usual side of C's bone: the usual direction of the bend.
+    """The side to which C's bone usually bends.
 
     Attributes
     ----------
     off
-        The bone's angle from that side, degrees, shape (frames,).
+        The azimuth of C's bone relative to this side, degrees, shape (frames,).
     furthest
-        The 95 % quantile of that angle's magnitude.
+        The 95 % quantile of the magnitude of `off` in the bent limb.
     exact
-        True if the bone is always on that side in a bent limb, as if built into the rig.
+        True if the bent limb is always on this side, as with a hinge that is built into the rig.
     """
 
     off: Array
@@ -475,9 +494,10 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """Return the usual side to which C's bone deviates from P's bone, or None if it is unknown.
+    """Return the side to which C's bone usually bends, or None if it is unknown.
 
-    `busy` is the mask of the frames to leave out, shape (frames,).
+    `chain` contains the signals of the chain, and `busy` is the mask of the frames to leave out,
+    shape (frames,).
     """
     if not chain.hinged:
         return None
@@ -495,9 +515,9 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
 
 def scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)², but at least `least`, as the scale of residuals.
+    """Return 1.48 (mean √|r|)² of residuals r, a scale on which a few outliers have little effect.
 
-    A few outliers have little effect on it.
+    The result is at least `least`.
     """
     return max(1.48 * float(np.mean(np.sqrt(np.abs(residuals)))) ** 2, least)
 

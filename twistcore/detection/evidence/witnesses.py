@@ -1,8 +1,8 @@
-"""The signals of a chain that show a twist: the turns of both joints and the side of C.
+"""The signals of a chain that show a twist error: turns of both joints, azimuth and bend.
 
-If the parent P of the chain has a twist δ that the child C turns back, then P turns by δ, C by −δ,
-and the azimuth of C's bone about P's bone by −δ. The common turn of P and C does not change. All
-angles are in degrees.
+If the parent P of a chain has a twist error δ that the child C turns back, P turns by δ, C turns by
+−δ, and the azimuth of C's bone about P's bone changes by −δ. The common turn of P and C does not
+change. All angles are in degrees.
 """
 
 from __future__ import annotations
@@ -31,11 +31,12 @@ Mask = NDArray[np.bool_]
 _K = TypeVar("_K")
 _V = TypeVar("_V")
 
-PACE = 2  # frames on either side in which the pace at an edge is measured
+PACE = 2  # number of frames on either side of an edge in which the pace is measured
 ALONG = np.sin(np.radians(10.0))  # the azimuth of a straighter limb is meaningless
 
 
-_KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers to cache for a chain, and a minimum number of series
+# The size of the cache of a chain: the number of values, and at least the number of arrays.
+_KEPT, _FEWEST_KEPT = 1 << 18, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +51,12 @@ class Witnesses:
         Unit vectors along P's bone and C's bone, (3,) or (frames, 3).
     hinged
         True if C has a child, so that the azimuth is known.
+    fps
+        The frame rate.
     segment
         The segment of the chain, or '' if another piece of the same bone follows.
     noise
-        σ of a burst of noise in any joint of the person's chains, shape (frames,).
+        The largest σ of a burst of noise in the joints of the person's chains, shape (frames,).
     """
 
     q_parent: Array
@@ -68,7 +71,10 @@ class Witnesses:
 
     @classmethod
     def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
-        """Return the signals of a chain of a motion. If `noise` is None, there is no noise."""
+        """Return the signals of a chain of a motion.
+
+        `noise` contains the σ of noise in each frame; None means that there is no noise.
+        """
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
@@ -76,7 +82,7 @@ class Witnesses:
         return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, segment, noise)
 
     def detached(self) -> Witnesses:
-        """Return the signals with rotations of their own, so that they do not keep the motion."""
+        """Return the signals with copies of the rotations, so that the motion can be freed."""
         q_parent, q_child = self.q_parent.copy(), self.q_child.copy()
         return replace(self, q_parent=q_parent, q_child=q_child, _series={})
 
@@ -92,12 +98,12 @@ class Witnesses:
 
     @property
     def x(self) -> Array:
-        """The turns of P about its bone since the previous frame, (frames,)."""
+        """The twist increments of P about its bone since the previous frame, (frames,)."""
         return self._turns[0]
 
     @property
     def y(self) -> Array:
-        """The turns of C about P's bone since the previous frame, (frames,)."""
+        """The twist increments of C about P's bone since the previous frame, (frames,)."""
         return self._turns[1]
 
     @cached_property
@@ -114,7 +120,7 @@ class Witnesses:
 
     @property
     def azimuth_zero(self) -> Array:
-        """The direction with azimuth 0 in the first frame, perpendicular to P's bone, (3,)."""
+        """The direction of azimuth 0 in the first frame, perpendicular to P's bone, (3,)."""
         axis = np.atleast_2d(self.axis)[0]
         across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
@@ -126,7 +132,7 @@ class Witnesses:
 
     @property
     def azimuth(self) -> Array:
-        """θc [Choi26 Eq. 6-7], the direction of C's bone about P's bone, (−180, 180], (frames,)."""
+        """The azimuth θc of C's bone about P's bone, (−180, 180] [Choi26 Eq. 6-7], (frames,)."""
         return self._sides[1]
 
     @cached_property
@@ -136,7 +142,10 @@ class Witnesses:
 
     @property
     def unrolled(self) -> Array:
-        """The rotations that turn P's axis to C's bone without any roll, (frames, 4)."""
+        """The rotations of C without its roll about its own bone, (frames, 4).
+
+        They rotate P's bone axis to the direction of C's bone.
+        """
         axis = np.atleast_2d(self.axis)[0]
         bend = quaternion_from_axis_angle(np.cross(axis, self.azimuth_zero), np.radians(self.bend))
         azimuth = quaternion_from_axis_angle(self.axis, np.radians(self.azimuth))
@@ -144,25 +153,22 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, (frames,).
+        """The rolls of C about its own bone since the previous frame, (frames,).
 
-        P's axis must be constant. y is the turn of the azimuth plus the roll times the cosine of
-        the bend.
+        P's bone axis must be constant. :attr:`y` is the change of the azimuth plus this roll times
+        the cosine of the bend.
         """
         rolled = multiply(conjugate(self.unrolled), self.q_child)
         return np.degrees(twist_increments(self.q_parent, rolled, self.axis)[1])
 
     @cached_property
     def sine(self) -> Array:
-        """The sine of the bend, 0…1, (frames,).
-
-        The larger it is, the better the azimuth is defined.
-        """
+        """The sine of the bend, 0…1, (frames,). A larger sine defines the azimuth better."""
         return np.sin(np.radians(self.bend))
 
     @cached_property
     def both_frames(self) -> Array:
-        """The smaller of `sine` in each frame and the previous one, (frames,), 0 at the start."""
+        """The smaller of :attr:`sine` in each frame and the previous one, (frames,); 0 at first."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:
@@ -175,8 +181,8 @@ class Witnesses:
     def beyond_pace(self, name: str, width: int) -> Array:
         """Return the turn of a signal in frames [t, t + width) minus its pace nearby, (frames,).
 
-        `name` is one of x, y, azimuth_turns and roll_turns. The pace is measured in two frames on
-        either side. The value is NaN if there are fewer.
+        `name` is 'x', 'y', 'azimuth_turns' or 'roll_turns'. The pace is measured in two frames on
+        either side. The value is NaN if there are fewer frames.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
@@ -190,10 +196,7 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask of the frames t in which the limb is bent before and after [t, t + width).
-
-        The mask has the shape (frames,).
-        """
+        """Return a mask, (frames,), of the frames t with a bent limb in t − 1 and t + width − 1."""
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
@@ -203,8 +206,8 @@ class Witnesses:
 def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dict[_K, _V]:
     """Remove the oldest entries of a cache until there is room for one more, and return the cache.
 
-    `frames` is the length of the arrays in the cache. It keeps at least `fewest` entries, including
-    the new one.
+    `frames` is the length of the arrays in the cache, and `fewest` is the number of arrays for
+    which there is always room.
     """
     while len(made) >= max(fewest, _KEPT // max(frames, 1)):
         del made[next(iter(made))]
@@ -212,5 +215,5 @@ def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dic
 
 
 def wrapped(degrees: Array) -> Array:
-    """Return angles wrapped to [−180, 180)."""
+    """Return angles in degrees wrapped to [−180, 180)."""
     return np.asarray((np.asarray(degrees) + 180.0) % 360.0 - 180.0)

@@ -1,1 +1,1 @@
-"""The kinds of error: one file per kind, named after the constant, with a description `KIND`."""
+"""The kinds of error. Each file is named after the kind and contains its description `KIND`."""

@@ -1,4 +1,4 @@
-"""Backward bends: a knee or elbow bends against its hinge. See `backward_bends.py`."""
+"""Backward bends: a knee or an elbow bends against its hinge. See `backward_bends.py`."""
 
 from twistcore.detection.kind import KindInfo
 

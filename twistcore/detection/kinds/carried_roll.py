@@ -1,6 +1,6 @@
-"""Carried rolls: a parent P turns about its bone and its child C rolls with it.
+"""Carried rolls: a parent and its child roll together, and the limb keeps its shape.
 
-C's bone keeps its direction. See `carried_rolls.py`.
+As in a counter-twist, the offset is the wrong angle of the parent. See `carried_rolls.py`.
 """
 
 from twistcore.detection.kind import KindInfo
@@ -18,4 +18,3 @@ KIND = KindInfo(
     named="the carried roll in {span} ({size})",
     tip="The bone and the next one roll together; the limb's shape does not change",
 )
-"""The offset is P's, as in a counter-twist; `Interval.carried` is True: C carried along."""

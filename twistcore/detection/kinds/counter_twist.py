@@ -1,6 +1,6 @@
-"""Counter-twists: a parent P turns about its bone and its child C turns back [Choi26].
+"""Counter-twists: a parent turns about its bone, and its child turns back [Choi26].
 
-The detectors find them.
+Detectors find errors of this kind.
 """
 
 from twistcore.detection.kind import KindInfo

@@ -1,7 +1,4 @@
-"""Helper rolls: a twist bone turns about its bone while its chain does not.
-
-See `helper_rolls.py`.
-"""
+"""Helper rolls: a helper bone rolls by a wrong angle. See `helper_rolls.py`."""
 
 from twistcore.detection.kind import KindInfo
 

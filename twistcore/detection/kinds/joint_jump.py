@@ -1,4 +1,4 @@
-"""Joint jumps: a joint makes a single step between calm frames, in any direction.
+"""Joint jumps: a joint turns about any axis in a single step between calm frames.
 
 See `all_joints/`.
 """

@@ -1,6 +1,6 @@
-"""Limb flips: the first joint P turns about the line from P to the end E of the limb.
+"""Limb flips: a limb is rotated about the line from its first joint to its end.
 
-E does not move. See `limb_flips/`.
+The end keeps its position. See `limb_flips/`.
 """
 
 from twistcore.detection.kind import KindInfo

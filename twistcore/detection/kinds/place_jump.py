@@ -1,4 +1,7 @@
-"""Jumps in position, of the root or of a joint with position channels. See `all_joints/`."""
+"""Place jumps: the position of the root, or of a joint with position channels, jumps.
+
+See `all_joints/`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

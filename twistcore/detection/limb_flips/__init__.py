@@ -1,6 +1,6 @@
-"""Flips of a whole limb about the line from its first joint to its end.
+"""Find limb flips, in which a limb turns about the line from its first joint to its end.
 
-For example, a knee is suddenly on the other side of the leg, and some frames later it is back on
+For example, a knee is suddenly on the wrong side of the leg, and some frames later it is back on
 the right side. The ankle does not move.
 """
 

@@ -1,10 +1,10 @@
-"""Explain the jumps of a limb at the lowest cost, by runs of frames in which the limb is flipped.
+"""Explain the jumps of a limb by runs of frames in which the limb is flipped, at the lowest cost.
 
-Every sharp jump is the edge of a run, is followed by a run around it, or remains unexplained at a
-cost. The cost of a run grows with its length and with the angle that remains after its edges. The
-cost falls with the evidence for the other side: the distribution of the middle joint's angle about
-the line in this clip. Costs are logarithms of odds, so a difference of costs shows how certain an
-explanation is.
+Each sharp jump is an edge of a run, or is inside a run whose offset follows the jump, or remains
+unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
+its edges. The cost falls with the evidence that the limb belongs on the other side, which is the
+distribution of its swivel angle in the clip. Costs are logarithms of odds, so a difference of costs
+shows how certain an explanation is.
 """
 
 from __future__ import annotations
@@ -20,43 +20,49 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-RUN = 1.0  # cost of any flip
+RUN = 1.0  # cost of every run
 FOLLOWED = 2.5  # cost of a jump inside a run; another run is cheaper
 SECOND = 4.0  # cost of each second of a run
-CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that the edges of a run leave open
-NEVER_CLOSED = math.radians(110.0)  # a run must not leave more open
-# cost of a run that leaves more open than rounding and motion explain
+CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that remains after the edges of a run
+NEVER_CLOSED = math.radians(110.0)  # no run may leave a larger angle
+# Additional cost of a run that leaves at least the angle CLOSED, more than rounding and motion
+# explain.
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # cost of an edge that takes several frames
-LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that stays unexplained
+LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that remains unexplained
 FULL_TURN = math.radians(120.0)
-# times the limb's scale: smaller jumps may stay unexplained for free, larger ones at full cost
+# A jump of at most NATURAL times the limb's scale may remain unexplained at no cost, and one of at
+# least UNNATURAL times the scale costs the full price.
 NATURAL, UNNATURAL = 4.0, 8.0
-STEP, UNSTILL = 0.06, 0.4  # share of the limb's length; least factor on the cost if its end moves
-LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; the second value is for a run with a soft edge
-MOST_SIDE = 6.0  # maximum evidence of all frames together about the side
-MOST_FOLLOWED = 4
-OBSERVATION = 0.08  # seconds in which all frames together count as one observation
+# The cost is lower if the limb's end moves by more than STEP of the limb's length; UNSTILL is the
+# smallest factor.
+STEP, UNSTILL = 0.06, 0.4
+LONGEST, LONGEST_SOFT = 3.0, 0.25  # maximum duration of a run, and of one with a soft edge, seconds
+MOST_SIDE = 6.0  # maximum evidence about the side from all frames of a run
+MOST_FOLLOWED = 4  # maximum number of jumps inside a run
+OBSERVATION = 0.08  # seconds; the frames in this time count as one observation
 FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line has less weight
-ROUNDS = 3  # find runs, estimate the usual side without them, find runs again
-_BINS, _BLUR = 72, 25.0  # bins of the density about the line, and its smoothing in degrees
-_ANYWHERE = 0.1  # share of a density that is uniform
+ROUNDS = 3  # rounds of finding runs and estimating the usual side without them
+_BINS, _BLUR = 72, 25.0  # number of bins of the density of the swivel; its smoothing in degrees
+_ANYWHERE = 0.1  # share of a uniform density in the density
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Successive frames from `start` on in which a limb is flipped.
-
-    `offset` is the angle of the flip in each frame, in radians, (frames,).
+    """Successive frames in which a limb is flipped.
 
     Attributes
     ----------
+    start
+        The first frame.
+    offset
+        The angle of the flip in each frame, radians, shape (frames,).
     first, last
         The jumps at the edges of the run.
     followed
         The jumps inside the run, which the offset follows.
     residual
-        The sum of all these jumps, wrapped, radians. It is 0 if the run closes exactly.
+        The wrapped sum of all these jumps, radians; 0 if the limb returns exactly.
     side
         The evidence that the limb belongs on the other side, as a logarithm of odds.
     odds
@@ -78,15 +84,14 @@ class Run:
         return self.start + len(self.offset)
 
 
-Density = Callable[[Array], Array]
+Density = Callable[[Array], Array]  # function that returns the log density at angles in radians
 
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """A step of an explanation from node `source` to node `target`.
+    """A step of an explanation, from its state after `source` jumps to its state after `target`.
 
-    Nodes are numbers of explained jumps. `run` is the run between the two nodes, or None if the
-    step leaves a jump unexplained.
+    `run` is a run that explains these jumps, or None if the step leaves a jump unexplained.
     """
 
     source: int
@@ -98,16 +103,18 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Return the runs that explain the jumps best, sorted by start.
+    """Return the runs that explain the jumps of a limb best, sorted by start.
 
     Parameters
     ----------
     jumps
-        All jumps, sorted by start.
+        All jumps of the limb, sorted by start.
     angle, height
-        `angle` and `height` of the limb's :class:`Swivel`, shape (frames,).
+        The attributes of the limb's :class:`Swivel`, shape (frames,).
     capture
-        Mask of the frames from which the clip's usual side is estimated, shape (frames,).
+        Mask of the frames from which the usual side of the limb is estimated, shape (frames,).
+    fps
+        The frame rate.
     """
     if not any(j.leads for j in jumps):
         return []
@@ -120,14 +127,16 @@ def explain(
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """The costs of a jump without an explanation and of the best run that has the jump as an edge.
+    """The costs that show why a jump is left unexplained.
 
     Attributes
     ----------
     cost
         The cost of leaving the jump unexplained.
+    run
+        The best run with the jump as an edge, or None if there is no such run.
     price
-        The cost of the best run with the jump as an edge.
+        The cost of that run.
     spared
         The cost of leaving all jumps of that run unexplained.
     """
@@ -147,9 +156,10 @@ def left(
     capture: Mask,
     fps: float,
 ) -> Left:
-    """Return why :func:`explain` left a jump unexplained when it returned `runs`.
+    """Return the costs that show why :func:`explain` left a jump unexplained.
 
-    The other parameters have the same meaning as in :func:`explain`.
+    `jump` is the jump and `runs` is the result of :func:`explain`. The other parameters have the
+    same meaning as there.
     """
     best = Left(_price_left(jump))
     for arc in _ways(jumps, angle, height, capture, fps, runs):
@@ -170,7 +180,7 @@ def _ways(
 ) -> list[_Arc]:
     """Return all possible steps of an explanation.
 
-    The usual side of the limb in the clip is estimated outside the runs found so far.
+    The usual side of the limb is estimated outside the runs found so far.
     """
     own = capture.copy()
     for run in runs:
@@ -181,7 +191,10 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function that computes the log density of the limb at given angles, in radians."""
+    """Return a function for the log density of a limb's swivel angle.
+
+    `angle` contains the angles in radians, and `weight` their weights, both (n,).
+    """
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
@@ -200,9 +213,9 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps, sorted by target: unexplained jumps, and runs between two jumps.
+    """Return all steps of an explanation, sorted by target: unexplained jumps and possible runs.
 
-    `weight` is the weight of each frame in the evidence, and `log` is the log density.
+    `weight` contains the weight of each frame in the evidence, and `log` is the log density.
     """
     out = []
     as_is = log(angle) * weight
@@ -228,7 +241,7 @@ def _arcs(
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
-    """Return True if a run can extend between two jumps and follow the jumps inside it."""
+    """Return True if two jumps can be the edges of a run that contains the jumps `inside`."""
     between = last.start - first.stop
     if not (first.leads or last.leads) or between < 0:
         return False
@@ -260,9 +273,9 @@ def _price_left(jump: Jump) -> float:
 
 
 def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Array, float]:
-    """Return the first frame, the offset and the residual of the run between two jumps.
+    """Return the first frame, the offset and the residual of a run between two jumps.
 
-    The offset follows the jumps; the residual is distributed evenly over the frames.
+    The offset follows the jumps, and the residual is distributed evenly over the frames.
     """
     turns = np.zeros(last.stop - first.start)
     for jump in (first, last, *followed):
@@ -290,7 +303,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """Return True if two runs share most of their frames, so that they describe the same error."""
+    """Return True if two runs share half of their frames, so that they describe the same error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)
@@ -298,10 +311,13 @@ def _alike(one: Run | None, other: Run) -> bool:
 
 
 def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
-    """Return the lowest cost from the first to the last node, and the best step into each node."""
+    """Return the lowest cost of explaining all jumps, and the best step into each node.
+
+    Node k is the state after k jumps are explained.
+    """
     cost = [0.0] + [math.inf] * jumps
     best: list[_Arc | None] = [None] * (jumps + 1)
-    for arc in arcs:  # one list per target
+    for arc in arcs:  # sorted by target
         if (total := cost[arc.source] + arc.cost) < cost[arc.target]:
             cost[arc.target], best[arc.target] = total, arc
     return cost[jumps], best

@@ -1,4 +1,4 @@
-"""Find limb flips: compute the swivel of every limb, find its jumps, and explain them."""
+"""Find limb flips: compute the swivel of each limb, find its jumps, and explain them by flips."""
 
 from __future__ import annotations
 
@@ -40,27 +40,33 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 TAU = float(np.radians(55.0))  # natural departures in 40 CMU clips at 120 Hz reach 51°
-SURE = 1.5  # log odds from which a flip is corrected automatically
-_BESIDE = 3  # frames on either side of a flip that belong to the path of C
-# With at least SEVERAL limbs, the whole pose jumps if a larger share than TOGETHER of them jumps.
+SURE = 1.5  # minimum log odds of a flip that is corrected automatically
+_BESIDE = 3  # frames on either side of a flip in which the path of the middle joint is measured
+# If there are at least SEVERAL limbs and a larger share of them than TOGETHER jumps in a frame, the
+# whole pose jumps there, as at a cut.
 SEVERAL, TOGETHER = 3, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class LimbFlips:
-    """The analysis of one limb before a threshold is chosen.
+    """The analysis of one limb, before a threshold is chosen.
 
     Attributes
     ----------
+    limb
+        The limb.
+    fps
+        The frame rate.
+    swivel
+        The swivel of the limb.
     departures
-        The turns of the limb about its line minus the median of nearby frames, radians, shape
-        (frames,).
+        The turns of the limb about its line minus the median of nearby frames, radians, (frames,).
     capture
-        Mask of the frames that are neither at a border nor at a cut.
+        Mask of the frames that are not at a cut or a jump of the whole pose, shape (frames,).
     noisy
-        Mask of the frames with a burst of noise in any limb of the person.
+        Mask of the frames with a burst of noise in any limb of the person, shape (frames,).
     soft
-        The jumps over several frames.
+        The jumps that take several frames.
     """
 
     limb: Limb
@@ -79,11 +85,11 @@ class LimbFlips:
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural magnitude of departures around the given frames, radians, (n,)."""
+        """Return the natural magnitude of the departures near given frames, in radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return the movement of E at frames, minus the median nearby, (n,).
+        """Return the movement of the limb's end in given frames minus the median nearby, (n,).
 
         The unit is the limb's length, and the smallest value is 0.
         """
@@ -91,18 +97,21 @@ class LimbFlips:
         return np.maximum(step[frames] - around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians and their possible partners, sorted by start."""
+        """Return the jumps of at least τ radians and the smaller ones that may be their other edge.
+
+        The jumps are sorted by start.
+        """
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
     def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
-        """Return why a jump, which must be one of `jumps`, is not an edge of a flip."""
+        """Return the costs that show why a jump, one of `jumps`, is not an edge of a flip."""
         runs, _ = self._explained(jumps)
         s = self.swivel
         return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
 
     def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
-        passing = sum(j.leads for j in jumps)  # the number of leading jumps identifies them
+        passing = sum(j.leads for j in jumps)  # the number of jumps of at least τ identifies them
         if passing not in self._solved:
             s = self.swivel
             runs = explain(jumps, s.angle, s.height, self.capture, self.fps)
@@ -112,7 +121,8 @@ class LimbFlips:
     def doubts(self, run: Run) -> list[str]:
         """Return the doubts about the correction of a run, as clauses.
 
-        Reasons are noise nearby, or a longer or rougher path of the middle joint C.
+        A correction is doubtful near noise, or if it makes the path of the middle joint longer or
+        rougher.
         """
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
@@ -125,15 +135,15 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures after an offset is removed from the limb, in radians, (frames,)."""
+        """Return the departures after removing an offset, (frames,), from the limb, in radians."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """Return True if E rotated with the limb in a flip.
+        """Return True if the limb's end rotated with the limb in a flip.
 
-        In this case, turning E back makes the jumps at the edges of the flip smaller. `start` is
-        the first frame of the flip, and `offset` contains its angles in radians.
+        In this case, turning the end back makes the jumps at the edges of the flip smaller. `start`
+        is the first frame of the flip, and `offset` contains its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -154,10 +164,11 @@ class LimbFlips:
 
 
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
-    """Measure the path of C during a flip and near it, as captured and without the flip.
+    """Measure the path of a limb's middle joint near a flip, as captured and without the flip.
 
-    Each result consists of the path's length and the total length of its second differences, as
-    fractions of the limb's length.
+    `start` is the first frame of the flip, and `offset` contains its angles in radians. Each result
+    consists of the length of the path and the total length of its second differences, as fractions
+    of the limb's length.
     """
     stop = start + len(offset)
     low = max(start - _BESIDE, 0)
@@ -173,9 +184,9 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return the total turn of E at the edges of a flip after the flip is removed, in radians.
+    """Return the total turn of a limb's end at the edges of a flip after its removal, in radians.
 
-    `along` is True if E rotated with the limb and is turned back with it.
+    `along` is True if the end rotated with the limb and is turned back with it.
     """
     end = swivel.end
     total = 0.0
@@ -193,7 +204,7 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 
 
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
-    """Return the evidence for a flip, keyed by name; angles in degrees, odds as logarithms."""
+    """Return the evidence for a flip, keyed by name, with angles in degrees and log odds."""
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
@@ -222,7 +233,10 @@ def _edge(jump: Jump) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class LimbFlipAnalysis:
-    """The analysis of all limbs before a threshold is chosen. It implements `Analysis`."""
+    """The analysis of all limbs, before a threshold is chosen. It implements `Analysis`.
+
+    `limbs` contains the analysis of each limb, keyed by the limb's name.
+    """
 
     limbs: Mapping[str, LimbFlips]
 
@@ -232,7 +246,10 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the absolute departures of a limb, in radians ≥ 0, (frames,)."""
+        """Return the magnitudes of a limb's departures, which are compared with τ, (frames,).
+
+        They are in radians.
+        """
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
@@ -243,7 +260,10 @@ class LimbFlipAnalysis:
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs up to the point where τ is needed. `tell` is called with the progress."""
+    """Analyse the flips of limbs, up to the point where τ is needed.
+
+    `tell` is called with the progress, from 0 to 1.
+    """
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line: sharp jumps in one frame, or soft jumps over several frames."""
+"""Find jumps of a limb about its line: sharp jumps in one frame, and soft jumps over several."""
 
 from __future__ import annotations
 
@@ -12,13 +12,16 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-NEAR = 4  # frames on either side, whose median is the natural motion of the limb
-_SCALE_SECONDS = 0.2  # on either side, in which the natural size of departures is measured
+NEAR = 4  # number of frames on either side whose median is the natural motion of the limb
+_SCALE_SECONDS = 0.2  # time on either side in which the natural size of departures is measured
 _LEAST_SCALE = float(np.radians(1.0))
 _SOFT_SECONDS = 0.15  # maximum duration of a soft jump
-_SOFT_TURN = np.radians([75.0, 190.0])
-_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # per second; each is tried as a minimum
-_UNREST, _STRAIGHT = 0.006, 0.04  # distance from the line, as a share of the limb's length
+_SOFT_TURN = np.radians([75.0, 190.0])  # smallest and largest angle of a soft jump
+_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # per second; each is tried as the minimum pace
+# The natural jitter of the middle joint, and its smallest distance from the line for which the
+# resulting turn is computed. Both are shares of the limb's length.
+_UNREST, _STRAIGHT = 0.006, 0.04
+# Smallest jump that may be the other edge of a flip: an angle, and a multiple of the limb's scale.
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
 SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
 
@@ -39,8 +42,8 @@ class Jump:
     sharp
         True for a jump in one frame, False for a jump over several frames.
     leads
-        True if the jump exceeds τ and needs an explanation. False if it can only be one edge of a
-        run whose other edge exceeds τ.
+        True if the jump is at least τ and needs an explanation. False if it can only be the other
+        edge of a flip with an edge of at least τ.
     """
 
     start: int
@@ -58,7 +61,7 @@ class Jump:
 
 
 def departure(turns: Array) -> Array:
-    """Return a limb's turns minus the median of nearby frames, in radians, (frames,).
+    """Return the turns of a limb, (frames,), minus the median of nearby frames, in radians.
 
     The median excludes the frame itself and frame 0, which has no turn.
     """
@@ -66,7 +69,10 @@ def departure(turns: Array) -> Array:
 
 
 def around(values: Array, frames: Index | slice = slice(None)) -> Array:
-    """Return the median of the values near each frame, excluding the frame itself and frame 0."""
+    """Return the median of the values near given frames, by default near every frame.
+
+    The median excludes the frame itself and frame 0.
+    """
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
     padded[: NEAR + 1] = np.nan
@@ -85,11 +91,11 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return the natural magnitude of a limb's departures near the given frames, in radians.
+    """Return the natural magnitude of a limb's departures near given frames, in radians, (n,).
 
-    `height` is the distance of the middle joint from the line between the limb's ends, as a
-    fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
-    its line.
+    `departures` contains the departures in radians, (frames,), and `height` the distance of the
+    middle joint from the line, as a fraction of the limb's length, (frames,). The smaller this
+    distance is, the more the same jitter turns the limb about its line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -105,10 +111,10 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures of at least τ radians.
+    """Return the jumps in one frame: departures that are at least τ radians or unusually large.
 
-    Smaller departures that are unusual in the limb are returned as well. `scale_at` and `steps_at`
-    are functions that return the scale of the limb and the movement of its end at given frames.
+    `scale_at` and `steps_at` are functions that return the natural magnitude of the departures and
+    the movement of the limb's end at given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))
@@ -122,9 +128,10 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Return runs of fast turns in one direction that together amount to a flip.
+    """Return the jumps over several frames: fast turns in one direction that amount to a flip.
 
-    `sharp` is the mask of the frames with sharp turns. They cannot be part of such a run.
+    `turns` contains the turns in radians, (frames,). `sharp` is the mask of the frames with sharp
+    turns, which cannot be part of a soft jump.
     """
     found = set()
     for pace in _SOFT_PACES / fps:

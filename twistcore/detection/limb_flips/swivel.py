@@ -1,4 +1,4 @@
-"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
+"""Compute the swivel of a limb: the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
-BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has no angle
+BENT = 0.03  # share of the limb's length; nearer to the line, the middle joint shows no angle
 _FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
-_REFINED = 5  # rounds
-_ALIKE = np.radians(40.0)
-_LARGE = np.radians(90.0)  # larger turns may take two frames
+_REFINED = 5  # maximum number of rounds to refine the usual side
+_ALIKE = np.radians(40.0)  # measures of a turn that differ by less agree
+_LARGE = np.radians(90.0)  # a larger turn may take two frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +25,11 @@ class Swivel:
     """The swivel of a limb about the line from its first joint P to its end E.
 
     C is the middle joint. Angles are in radians, and lengths are fractions of the limb's length.
-    `line`, `child` and `end` are in world space.
 
     Attributes
     ----------
     angle
-        The angle φ of C about the line, shape (frames,), measured from `side`.
-    side
-        The usual direction of C from the line, in the coordinate system of P's parent, shape (3,).
+        The swivel angle φ: the angle of C about the line, measured from `side`, shape (frames,).
     jump
         The turn of the limb about its line since the previous frame, shape (frames,). It is defined
         even if the limb is straight.
@@ -41,11 +38,13 @@ class Swivel:
     step
         The movement of E relative to P since the previous frame, shape (frames,).
     line
-        The unit vector from P to E, shape (frames, 3).
+        The unit vector from P to E in world space, shape (frames, 3).
     child
-        The position of C relative to P, shape (frames, 3).
+        The position of C relative to P in world space, shape (frames, 3).
     end
-        The rotation of E, shape (frames, 4).
+        The rotation of E in world space, shape (frames, 4).
+    side
+        The usual direction of C from the line, in the coordinate system of P's parent, shape (3,).
     """
 
     angle: Array
@@ -68,7 +67,7 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb.
+    """Compute the swivel of a limb.
 
     `angle` and `jump` are 0 in frames in which the line is undefined.
     """
@@ -83,7 +82,8 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # All further values are in world space, because motion of P's parent is not motion of the limb.
+    # From here on, values are in world space, in which a turn of P's parent is not compensated by
+    # a turn of P.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
@@ -100,10 +100,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the global rotation of a joint, (frames, 4).
-
-    The result is the identity for the root's parent, −1.
-    """
+    """Return the global rotation of a joint, (frames, 4), or the identity if the joint is −1."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -113,13 +110,25 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the turn of a limb about its line per frame, (frames,).
+    """Return the turn of a limb about its line since the previous frame, (frames,).
 
-    The turn is the angle on which P's rotation, the rotation of the bone before E, and C's position
-    agree. A counter-twist changes one of the rotations but moves no joint, and neither does a
-    spinning bone. In a straight limb, C's position does not show the turn, so only the two
-    rotations are compared. If they disagree, the smallest turn is returned, unless they agree over
-    two frames, in which first the rotations and then the position turn, or vice versa.
+    Three measures show the turn: the rotation of P, the rotation of the bone that ends in E, and
+    the position of C. The turn is the angle on which the position and at least one rotation agree,
+    because a counter-twist or a spinning bone changes a rotation but moves no joint. In a straight
+    limb, C's position does not show the turn, so only the two rotations are compared. If the
+    measures disagree, the smallest turn is returned, unless they agree over two frames, because
+    the rotations and the position turned in different frames.
+
+    Parameters
+    ----------
+    upper, lower
+        The global rotations of P and of the bone that ends in E, shape (frames, 4).
+    line
+        The unit vector from P to E, shape (frames, 3).
+    aside
+        The vector from the line to C, shape (frames, 3).
+    height
+        The distance of C from the line as a fraction of the limb's length, shape (frames,).
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
@@ -135,11 +144,10 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the turn of a limb between frames, (n,), and a mask of the frames with agreement.
+    """Return the turns of a limb between pairs of frames, (n,), and a mask of the reliable turns.
 
-    `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
-    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,). The mask is
-    True if these measures agree.
+    `before` and `after` each consist of the parameters of :func:`_jump` for n frames. A turn is
+    reliable if its measures agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -157,7 +165,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 
 def _least_turn(a: Array, b: Array) -> Array:
-    """Return the shortest rotations from unit vectors a to unit vectors b, (n, 4)."""
+    """Return the shortest rotations from unit vectors a to unit vectors b, (n, 3) → (n, 4)."""
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
@@ -165,16 +173,19 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the turn between two rotations about the line, without the line's own rotation, (n,).
+    """Return the turn about the line between two rotations of a bone, in radians, (n,).
 
-    `before` and `after` are the two rotations. `way` is the shortest rotation of the line.
+    `way` is the shortest rotation of the line between the frames. It is not part of the turn.
     """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
-    """Return the usual direction of C from the line, (3,)."""
+    """Return the usual direction of the middle joint from the line, (3,).
+
+    The parameters have the same meaning as in :func:`_jump`.
+    """
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
     side: Array = medians(weighed, 0)
@@ -187,12 +198,15 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return φ of C relative to the direction `side`. `aside` is the offset of C from the line."""
+    """Return the angles about the line from the direction `side` to the vectors `aside`."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return the angles from a to b about a unit axis perpendicular to both, (n, 3) → (n,)."""
+    """Return the angles from vectors a to b about a unit axis that is perpendicular to both.
+
+    All vectors have the shape (n, 3), and the angles are in radians, (n,).
+    """
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

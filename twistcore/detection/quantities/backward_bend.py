@@ -1,4 +1,4 @@
-"""The curve of a backward bend: the flexion of the knee or elbow about its hinge."""
+"""The curve of a backward bend: the flexion of the knee or elbow."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.detection.quantity import Quantity
 
 
 def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the flexion, negative for a backward bend, with the limit of the hinge."""
+    """Return the flexion, negative for a backward bend, with the natural limit, or None."""
     joint = search.joint_of(interval)
     chain = next((c for c in search.chains if c.child == joint and c.ends), None)
     if chain is None:

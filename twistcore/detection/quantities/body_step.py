@@ -13,7 +13,7 @@ from twistcore.skeleton.people import find_people
 
 
 def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the median turn of the joints that jump, with the largest natural turn as limit."""
+    """Return the median turn of the joints that jump, with the largest natural turn, or None."""
     motion, kept = search.motion, without_held(search.motion)
     if kept is None and (keys := linear_keys(motion)) is not None:
         kept = keys.alone(motion)

@@ -14,7 +14,7 @@ from twistcore.skeleton.helper import Helper
 
 
 def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the roll relative to the frame before the interval, and the smallest listed roll."""
+    """Return the roll of the twist bone, with the smallest listed roll as the limit, or None."""
     own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
     if (helper := next(own, None)) is None:
         return None

@@ -13,7 +13,7 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the turn about the joint's axis in world space, with the largest natural turn."""
+    """Return the turn of the joint about its own axis per frame, with the largest natural turn."""
     own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
     most = math.copysign(math.degrees(limit(own.motion.fps)), interval.residual)
     return Quantity(

@@ -11,7 +11,7 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def noise_of_joint(search: KindSearch, interval: Interval) -> Quantity:
-    """Return σ of the joint's noise near each frame, with the smallest σ of a burst as limit."""
+    """Return the noise σ of the joint near each frame, with the smallest σ of a burst."""
     own = OwnFrames.of(search.motion)
     sigma, least = noise_curve(own.motion, search.joint_of(interval))
     return Quantity(

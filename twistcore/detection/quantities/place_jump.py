@@ -1,4 +1,4 @@
-"""The curve of a jump in position: the distance of the position from its path."""
+"""The curve of a place jump: the distance of the position from its path."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the distance of the position from its path, with the smallest jump as limit.
+    """Return the distance of the position from its path, with the smallest jump, or None.
 
     The values are in per cent of the skeleton's height.
     """

@@ -1,4 +1,4 @@
-"""The curve of a spike: the angle between the joint and the path that nearby frames define."""
+"""The curve of a spike: the angle between the joint's rotation and its path."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def angle_off_path(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the angle between the joint and its path, with the smallest spike as limit.
+    """Return the angle between the joint's rotation and its path, with the smallest spike.
 
-    The path is the slerp between neighbouring frames.
+    The path is interpolated between neighbouring frames.
     """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)

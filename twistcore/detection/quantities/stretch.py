@@ -1,4 +1,4 @@
-"""The curve of a stretch: the roll of the joint about its own bone, relative to the usual roll."""
+"""The curve of a stretch: the difference of the joint's roll from its usual roll."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from twistcore.skeleton.rotation import wrap
 
 
 def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the difference from the usual roll, with the smallest listed difference as limit.
+    """Return the difference from the usual roll, with the smallest listed difference, or None.
 
-    If the joint has no usual roll, the mean roll outside the interval is used instead.
+    If the usual roll is unknown, the mean roll outside the interval is used instead.
     """
     off = roll_off(search, search.joint_of(interval), (interval.start, interval.stop))
     if off is None:
         return None
-    middle = 0.5 * interval.residual  # of the angle range, so that no level is near its ends
+    # Wrap about an angle midway between the usual roll and the roll in the stretch.
+    middle = 0.5 * interval.residual
     return Quantity(
         f"Roll of {interval.joint} relative to its usual roll",
         np.degrees(middle + wrap(off - middle)),

@@ -1,4 +1,4 @@
-"""Errors that begin and end gradually, found as unnatural departures at any time scale [Method]."""
+"""Find soft errors, which begin and end gradually, at any time scale [Method]."""
 
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (

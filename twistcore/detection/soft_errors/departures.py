@@ -1,10 +1,10 @@
-"""Measure the departure of a level from its natural course, over spans of every length.
+"""Measure how far a level departs from its natural course, over spans of many lengths.
 
-A level U is the running sum of increments. Its natural course over the span [a, a + L] is called a
-bridge: the cubic with the same values and slopes at both ends. The departure of U from the bridge
-is measured at a quarter, a half and three quarters of the span. A twist error δ that begins and
-ends within a span causes a departure of about δ, however gradually it begins. Natural motion
-departs little, and less over shorter spans.
+A level is the running sum of twist increments. Its natural course over a span of frames is called a
+bridge: the cubic with the values and slopes of the level at both ends of the span. The departure of
+the level from the bridge is measured at a quarter, a half and three quarters of the span. A twist
+error δ that begins and ends within a span causes a departure of about δ, however gradually it
+begins. Natural motion departs little, and less over shorter spans.
 """
 
 from __future__ import annotations
@@ -19,17 +19,24 @@ from twistcore.work.frozen import dataclass
 
 # Spans in seconds, each about 4/3 to 3/2 of the previous one: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
-SHORTEST = 3  # frames
-PROBES = (0.25, 0.5, 0.75)  # fractions of a span
-SLOPE_SECONDS = 2.0 / 120.0  # the time over which the slopes at the ends are measured
-GRID = 4  # positions of a span's start within its length
+SHORTEST = 3  # length of the shortest span in frames
+PROBES = (0.25, 0.5, 0.75)  # fractions of a span at which the departure is measured
+SLOPE_SECONDS = 2.0 / 120.0  # time over which the slopes at the ends are measured
+GRID = 4  # number of spans that begin within the length of a span
 
 
 @dataclass(frozen=True)
 class Span:
-    """Spans of `length` frames that start every `step` frames.
+    """Overlapping spans of the same length. The position of a span is its number.
 
-    `reach` is the number of frames over which the slopes at both ends are measured.
+    Attributes
+    ----------
+    length
+        The length of each span in frames.
+    step
+        The number of frames from one position to the next.
+    reach
+        The number of frames over which the slopes at both ends are measured.
     """
 
     length: int
@@ -42,13 +49,14 @@ class Span:
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """Return the number of positions of the span in a clip with the given number of frames."""
+        """Return the number of positions in a clip with the given number of frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures from the bridge, radians, (…, frames) → (probes, …, positions).
+        """Return the departures of levels from their bridges, in radians.
 
-        The departure at position j is computed from the frames from j·step on.
+        `level` has the shape (…, frames), and the result has the shape (probes, …, positions). A
+        departure at position j is computed from the frames from j·step on.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -74,11 +82,11 @@ class Span:
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames from which `many` departures from position `first` on are computed.
+        """Return the frames from which departures are computed, and the weights of these frames.
 
-        The second result contains the weights of these frames. The frames, (5, probes, positions),
-        are the probe and the four nodes of its bridge. The weights, (4, probes), are the weights of
-        the nodes in :meth:`departures`.
+        The departures are at `many` positions from position `first` on. The frames,
+        (5, probes, positions), are the frame of the probe and the four frames that define the
+        bridge. The weights, (4, probes), belong to the latter.
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -89,7 +97,7 @@ class Span:
 
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:
-    """Return all spans that fit into a clip at least twice. `frames` is the length of the clip."""
+    """Return the spans of all lengths that fit at least twice into a clip of `frames` frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
     found = (Span(n, max(1, n // GRID), reach) for n in lengths)
@@ -98,11 +106,11 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of four levels for the value of a bridge at the fraction `at` of a span.
+    """Return the weights of four values of a level for its bridge at the fraction `at` of a span.
 
-    The levels are at four frames: `reach` frames before the span's first frame, the first frame,
-    the last frame, and `reach` frames after the last. The cubic has the given values and slopes at
-    both ends (Hermite).
+    The four frames are `reach` frames before the first frame of the span, its first frame, its last
+    frame, and `reach` frames after the last. They define the values and slopes of the Hermite cubic
+    at both ends.
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)
@@ -111,10 +119,10 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
+    """Return the natural course of levels (…, frames) in frames [start, stop).
 
-    At least one frame is needed on either side. If there are fewer than `reach` frames, the slope
-    is measured over the frames that exist.
+    At least one frame is needed on either side. The slope on each side is measured over `reach`
+    frames, or over fewer if the clip has fewer.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
@@ -131,9 +139,10 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return the weights of a cubic's end values and end slopes for the inner frames of a span.
+    """Return the weights of a Hermite cubic for the inner frames of a span.
 
-    The result consists of four arrays of shape (length − 1,).
+    The four arrays, (length − 1,), are the weights of the values at the first and at the last
+    frame, and of the slopes at both.
     """
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)

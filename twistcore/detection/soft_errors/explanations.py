@@ -1,4 +1,8 @@
-"""Explain a departure by a soft error of a chain: a free offset or a softened level."""
+"""Explain an unnaturally large departure in a chain by a soft error.
+
+The soft error is either a free offset, with which u follows its bridge exactly, or a softened
+level.
+"""
 
 from __future__ import annotations
 
@@ -20,35 +24,40 @@ from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-# minimum gain of an interval in nats, in its chain and in its limb; clean motion gains up to 30
+# Minimum gain of an error in nats, in its chain and in its limb. Clean motion gains up to 30.
 PRIOR = 45.0
-LEVEL_PRICE = 8.0  # price of the four numbers of a softened level
-COVERED = 4.0  # cost of the frames of an offset, in nats for each of their departures
-CLOSE = 3.0  # σ above which a residual adds little
-FREE_AT = 10.0  # σ from which a free offset is exact enough to be used as it is
+LEVEL_PRICE = 8.0  # cost of the four numbers of a softened level, in nats
+COVERED = 4.0  # cost of each frame of an offset, in nats per unit of the departures' weight
+CLOSE = 3.0  # residuals of more σ add little to the surprise
+FREE_AT = 10.0  # a free offset of more σ is exact enough to be used as it is
 LEAST = float(np.radians(2.0))  # smallest error that is found without a silent joint
-HOLE = 3  # frames below the threshold within an interval
-WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of the span's length
+HOLE = 3  # maximum number of successive frames below the threshold within an error
+# The windows that are searched around a seed: multiples of its length, and factors for the parts of
+# a window before and after its middle.
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
-MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which the ends are moved
-# The likeliest levels near a seed are fitted. They are chosen from these lengths, positions and
-# onsets, relative to the span of the seed. Only spans of at least nearly that length are used,
-# because short spans reveal nothing about a level if its ends are off by a frame.
+MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which ends are moved, by round
+# The likeliest levels near a seed are fitted. They are chosen from levels of these lengths,
+# positions and onsets, relative to the length of the seed. To compare the levels, only spans that
+# are longer than AS_LONG times the seed are used, because short spans are misleading if the ends of
+# a level are off by a frame. One level is chosen for each factor WIDENED on the scales.
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
 ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
-WIDEST, FARTHEST = 3, 96  # range of the search for levels: times a seed's span, and in frames
+# Levels are searched for at most this multiple of the seed's length, and this number of frames,
+# from its middle.
+WIDEST, FARTHEST = 3, 96
 
-# The cost of an explanation, measured in processor time: the number of its departures plus this
-# number, times this factor for levels instead of free offsets.
+# The work for an explanation, proportional to processor time: TO_BEGIN plus the number of its
+# departures, and LEVELS times as much for softened levels.
 TO_BEGIN, LEVELS = 1500, 2
 
 Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
 class Tried(NamedTuple):
-    """An offset over a stretch of frames, with its evaluation.
+    """An offset over a frame range, with its evaluation.
 
     Attributes
     ----------
@@ -81,7 +90,7 @@ class Seed:
     at
         The index of the span length in `Surprise.at`.
     position
-        The position of the span, in steps from the start of the clip.
+        The position of the span, the number of steps from the start of the clip.
     middle
         The middle frame of the span.
     length
@@ -97,9 +106,10 @@ class Seed:
 
 
 class Explanations:
-    """The possible explanations of a seed, each evaluated only once.
+    """The possible explanations of a seed, each of which is evaluated only once.
 
-    Free offsets over frames around the seed are evaluated immediately, softened levels on request.
+    Free offsets over frames around the seed are evaluated immediately, and softened levels on
+    request.
     """
 
     def __init__(self, surprise: Surprise, place: Seed) -> None:
@@ -125,8 +135,8 @@ class Explanations:
     def best(self, fit_below: float) -> SoftError | None:
         """Return the soft error with the lowest cost, or None if no explanation gains enough.
 
-        If the largest value of an offset is less than `fit_below` σ, softened levels are fitted as
-        well.
+        If the largest value of the best free offset is less than `fit_below` σ, or if that offset
+        gains too little, softened levels are fitted as well.
         """
         best = self._free
         if best is None:
@@ -201,7 +211,7 @@ class Explanations:
 
 
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
-    """Return the frame ranges [start, stop) of errors that may have caused a seed."""
+    """Return the frame ranges [start, stop) of free offsets that may explain a seed."""
     half = place.length / 2
     found: set[Frames] = set()
     for factor in WINDOWS:
@@ -229,10 +239,10 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return softened levels near a seed, each with the factor by which the scales are widened.
+    """Return the likeliest softened levels near a seed, each with a factor that widens the scales.
 
-    For each factor, the level is the one that best explains the departures u. `length` and
-    `middle` describe the span of the seed, in frames of the stretch.
+    For each factor, the level that explains the departures best is returned. `length` and `middle`
+    are the length and the middle frame of the seed, counted from the start of the frame range.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

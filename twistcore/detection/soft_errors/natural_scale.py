@@ -1,10 +1,9 @@
-"""Measure the natural departures from the bridges over every span, in the clip itself.
+"""Measure in a clip how far natural motion departs from the bridges over spans of each length.
 
 x and y are the twist increments of a chain's parent P and child C. A twist error does not change
-their sum. So β(x + y), the part of x that is proportional to this sum, is natural, and the
-remainder u = x − β(x + y) contains the whole error. If P does not twist, β is 0 and u is x. If C
-does not twist, β is 1 and u is −y. In all other cases, u is the part of x that x + y does not
-explain.
+their sum, so β(x + y), the part of x that is proportional to the sum, is natural. The remainder
+u = x − β(x + y) contains the whole error. If P does not twist naturally, β is 0 and u is x. If C
+does not, β is 1 and u is −y.
 """
 
 from __future__ import annotations
@@ -20,36 +19,40 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
-LOCAL_SECONDS = 0.6  # half the window of the local scale, at least one and a half spans
-# weights: of the local scale in σ; of the scale of the whole clip in the local scale
+LOCAL_SECONDS = 0.6  # half the window for the local scale; at least one and a half spans
+# The weight of the local scale in σ, and of the scale of the whole clip in the local scale.
 OWN, BORROWED = 0.7, 0.15
-FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions; with fewer, the previous span's scale is used
-GROWTH = 1.7  # growth of σ with the length of a span, if it cannot be measured
-SAMPLES, STEPS = 800, 8  # samples and steps of the fit of β
+# Minimum number and share of clean positions; with fewer, the scale of the next shorter spans is
+# used.
+FEWEST, FEWEST_SHARE = 12, 0.06
+GROWTH = 1.7  # exponent of the growth of σ with the length of a span, if it cannot be measured
+SAMPLES, STEPS = 800, 8  # maximum number of samples and number of steps in the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # quantile of |u| that errors do not affect; ratio of σ to it
-BEYOND = 6.0  # σ from which an increment is not natural
-ROUNDED = 0.29  # σ of a level that rounding causes, as a share of the step of written angles
-CAP = 14.0  # nats; all larger departures are equally unlikely
+BEYOND = 6.0  # an increment of more σ is not natural
+ROUNDED = 0.29  # σ of a level due to rounding, in rounding steps of the angles
+CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
 def cost(z: Array, cap: float = CAP) -> Array:
-    """Return the negative log-likelihood of a departure of z σ, limited to `cap`.
+    """Return the costs of departures of z σ in nats, at most `cap`.
 
-    x + y is assumed to be known.
+    The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
     """
     return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
 @dataclass(frozen=True, eq=False)
 class Natural:
-    """The scales of natural departures over one span.
+    """The scales of natural departures over spans of one length.
 
     Attributes
     ----------
+    span
+        The spans.
     beta
         β of each chain, shape (chains,).
     sigma, sigma_sum
-        The scales of u and of x + y, radians, shape (probes, chains, positions).
+        The scales of the departures of u and of x + y, radians, (probes, chains, positions).
     """
 
     span: Span
@@ -58,14 +61,17 @@ class Natural:
     sigma_sum: Array
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Return u and x + y, given the departures of x and y, each (probes, chains, positions)."""
+        """Return the departures of u and x + y, given those of x and y.
+
+        All arrays have the shape (probes, chains, positions).
+        """
         total = x + y
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
-        """Return the scale of u for given values of x + y.
+        """Return the scales of u for given departures of x + y.
 
-        The scale grows with the magnitude of these values, as in a multivariate t distribution.
+        The scales grow with the magnitude of these departures, as in a multivariate t distribution.
         """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
@@ -74,17 +80,26 @@ class Natural:
 def natural_scales(
     x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Return the natural scales over each span, measured in the frames that are not marked bad.
+    """Measure the scales of natural departures over the spans of each length.
 
     Parameters
     ----------
     x, y
-        The increments, radians, shape (chains, frames).
+        The twist increments, radians, shape (chains, frames).
+    fps
+        The frame rate.
+    spans
+        The spans of each length, the shortest first.
     bad
-        Mask of the bad frames, in which nothing is measured, shape (chains, frames).
+        Mask of the bad frames, which are left out, shape (chains, frames).
     step
-        The rounding step of the angles in the file. No scale is smaller than the noise of that
-        rounding.
+        The rounding step of the angles in the file, radians. No scale is smaller than the noise due
+        to this rounding.
+
+    Returns
+    -------
+    list of Natural
+        One item for each length.
     """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
@@ -129,10 +144,11 @@ def natural_scales(
 
 
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
-    """Return the β in 0…1 that minimises Σ|x − β(x + y)| over the clean positions.
+    """Return β in 0…1 of each chain, (chains,), which minimises Σ|x − β(x + y)|.
 
-    `x`, `total` and `clean` have the shape (chains, n), and β has the shape (chains,). Absolute
-    values are summed so that remaining errors have little influence.
+    `total` contains x + y, and `clean` is the mask of the positions to use. They and `x` have the
+    shape (chains, n). The sum of absolute values is used because remaining errors have little
+    influence on it.
     """
     step = max(1, x.shape[1] // SAMPLES)
     x, total = x[:, ::step], total[:, ::step]
@@ -147,7 +163,11 @@ def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
 
 
 def _scales(values: Array, clean: Mask, window: int) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over the clean positions nearby, (probes, chains, positions)."""
+    """Return σ = 1.48·(mean √|r|)² of values r over the clean positions within ± `window`.
+
+    `values` and the result have the shape (probes, chains, positions), and `clean` has the shape
+    (chains, positions).
+    """
     root = np.sqrt(np.abs(values))
     root *= clean
     many = clean.sum(axis=1)[:, None]
@@ -175,10 +195,10 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 
 
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
-    """Return a mask of the frames with conspicuous increments, (chains, frames).
+    """Return a mask of the frames with unnaturally large increments, (chains, frames).
 
-    No natural scale should be measured in these frames. `step` is the rounding step of the angles
-    in the file.
+    Natural scales must not be measured in these frames. `x` and `y` are the twist increments in
+    radians, (chains, frames), and `step` is the rounding step of the angles in the file.
     """
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)

@@ -1,8 +1,8 @@
-"""Joints that never twist, so that any twist of them is an error.
+"""Find errors in chains with a silent joint, a joint that never twists naturally.
 
-In a rig, a joint such as an elbow may have no freedom to twist. The level of such a joint, the sum
-of its twist increments, is then constant except during errors. Unlike the level of a joint at rest,
-it is constant even while the other joint of the chain moves.
+In some rigs, a joint such as an elbow has no freedom to twist. The level of such a joint, the sum
+of its twist increments, is constant except during errors. Unlike the level of a joint at rest, it
+is constant even while the other joint of the chain twists.
 """
 
 from __future__ import annotations
@@ -17,38 +17,53 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
-STILL = float(np.radians(2e-4))  # per frame; larger than the rounding to six decimals in files
+STILL = float(np.radians(2e-4))  # per frame; a joint that turns less is still, except for rounding
 STANDS = float(np.radians(0.1))  # maximum variation of a constant level
-LEAST_STILL = 0.08  # of the frames in which the other joint moves: minimum share without turn
-# Minimum share of equal parts of a clip in which the joint does not turn at all. A joint that only
-# rests for a while does so in one or two parts.
+# Minimum share of the frames with motion of the other joint in which a silent joint is still.
+LEAST_STILL = 0.08
+# A silent joint is still at times in at least LEAST_PARTS of PARTS equal parts of a clip. A joint
+# that only rests for a while is still in one or two parts.
 PARTS, LEAST_PARTS = 8, 4
-# Minimum share of all frames at the most frequent level, which the effects of errors may shift.
+# Minimum share of all frames at the most frequent level. It is low because errors of neighbouring
+# chains may shift the level.
 LEAST_STANDING = 0.03
-MOVES, FEWEST = float(np.radians(0.05)), 20  # per frame, and a minimum number of frames
-SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
+# Minimum turn of the other joint per frame, and minimum number of frames with such a turn.
+MOVES, FEWEST = float(np.radians(0.05)), 20
+SMALLEST = float(np.radians(1.5))  # smaller errors are ignored
 MOST = 200  # maximum number of errors in a limb
 CERTAIN = 200.0  # nats: the gain of an error that a silent joint shows
-SHORTEST = 8  # frames between cuts; in shorter pieces, nothing is reported
-MOSTLY = 0.75  # share of frames at rest from which all turns are errors or filled gaps
-ANSWERED = 1.25  # share of the other joint's turns that may remain after the correction
-ALIKE = 0.05  # difference of that share within which two chains explain equally much
-CLEARLY = 0.25  # largest ratio between the unanswered shares of two chains
-LEFT = 0.3  # share of silent joints' turns that an explanation may leave
-# P is considered to turn farther than a silent C turns back if the ratio is the same at the
-# beginning and at the end, and P turns in step with C. If C turns back less than 30 %, the ratio is
-# ignored.
+SHORTEST = 8  # frames between two cuts; in a shorter segment, nothing is reported
+# If a joint is still in at least this share of the frames, its turns are errors or filled gaps.
+MOSTLY = 0.75
+# The other joint turns back if the remaining turns are at most this multiple of its own turns.
+ANSWERED = 1.25
+ALIKE = 0.05  # explanations whose remaining shares differ by less are considered equally good
+CLEARLY = 0.25  # maximum ratio of the remaining turns for one explanation to be clearly better
+LEFT = 0.3  # maximum share of the silent joints' turns that may remain after a correction
+# P turns farther than a silent C turns back if the ratio of their turns is between FARTHER and
+# FARTHEST and nearly the same at the beginning and at the end (AS_MUCH), and if P turns in step
+# with C (OUT_OF_STEP).
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
-BESIDE = 8  # minimum number of frames nearby to measure P's own motion
+BESIDE = 8  # minimum number of frames on either side that show P's natural motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the summed twist of a joint relative to its usual level, in radians, (frames,).
+    """Return the level of a joint relative to its usual level, or None if it is not silent.
 
-    The result is None if the joint does not stay at one level most of the time. `increments` and
-    `other` are the twist increments of the joint and of the other joint of its chain, radians,
-    shape (frames,). `cut` is the mask of the cuts of the clip. The change of the level across a cut
-    is unknown, so the usual level is determined separately for each part between cuts.
+    The change of the level across a cut is unknown, so the usual level is determined separately for
+    each part between cuts.
+
+    Parameters
+    ----------
+    increments, other
+        The twist increments of the joint and of the other joint of its chain, radians, (frames,).
+    cut
+        Mask of the cuts of the clip, shape (frames,).
+
+    Returns
+    -------
+    ndarray, shape (frames,), or None
+        The sum of the increments minus the usual level, radians.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -71,14 +86,15 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return the sides of silent joints, keyed by the row of their chain.
+    """Return which joint of each chain is silent, keyed by the row of the chain.
 
-    The value is 1 if the joint is P and −1 if it is C. If an error of a neighbouring chain would
-    also appear at this joint, the chain is included only if that neighbour has a silent joint too.
-    If it has none, the errors of the two chains cannot be distinguished.
+    The value is 1 if the parent is silent, and −1 if the child is. Chains without a silent joint
+    are left out. If a neighbouring chain shares the silent joint, it must have a silent joint as
+    well. If it has none, the errors of the two chains cannot be distinguished, and the chain is
+    left out.
     """
     many = surprise.limbs.count
-    if surprise.limbs.step:  # with rounded angles, every joint seems to be still from time to time
+    if surprise.limbs.step:  # with rounded angles, every joint appears to be still at times
         return {}
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
@@ -102,26 +118,27 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
     """Return (side, own increments, increments of the other joint) for both joints of a chain.
 
-    `side` is 1 for P and −1 for C.
+    `side` is 1 for the parent and −1 for the child.
     """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """Return True if the other joint turns back the few turns of a joint that is silent elsewhere.
+    """Return True if the other joint turns back the few turns of a mostly still joint.
 
-    A joint that was held over gaps in the capture is also silent in the gaps, but the other joint
-    does not turn back its remaining turns.
+    A joint that was held over gaps in the capture is also mostly still, but the other joint does
+    not turn back its remaining turns.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return the twist error of P that a silent joint of the chain shows, radians, (frames,).
+    """Return the twist error that the silent joint of a chain shows, in radians, (frames,).
 
-    The result is None if the joint is not silent. `side` is 1 if the joint is P and −1 if it is C.
+    `side` is 1 if the parent is the silent joint, and −1 if the child is. The result is None if
+    this joint is not silent.
     """
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
@@ -129,11 +146,11 @@ def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
 
 
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
-    """Return the errors that the silent joints of a limb show, found and removed one at a time.
+    """Find and remove the errors that the silent joints of a limb show, one at a time.
 
-    `sides` is the result of :func:`silent_sides`, for the rows of the limb. If several silent
-    joints twist in the same frames, one error may cause all these turns. In this case, the error
-    whose removal leaves the smallest turns is returned.
+    `sides` is the result of :func:`silent_sides` for the rows of the limb. If several silent joints
+    twist in the same frames, one error may have caused all their turns. The error whose removal
+    leaves the smallest turns is chosen.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -162,10 +179,10 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of P's turn to the opposite turn of a silent C in [start, stop).
+    """Return the ratio of a parent's turn to the opposite turn of its silent child.
 
-    The result is 1 if the ratio is unclear. The natural motion of P is estimated with a cubic
-    through nearby frames.
+    The turns are measured in frames [start, stop), and the result is 1 if the ratio is unclear. The
+    natural motion of the parent is estimated with a cubic polynomial.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -185,7 +202,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the remaining share of silent joints' turns after an error is removed."""
+    """Return the share of the silent joints' turns that remains after an error is removed."""
     before = _turned(surprise, sides, error)
     _remove(surprise, error)
     left = _turned(surprise, sides, error)
@@ -196,10 +213,11 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the one of several equally good errors that the other joint of its chain turns back.
+    """Return the error that the other joint of its chain turns back, of several equally good ones.
 
-    If two chains share a silent joint, this joint does not show to which of the chains the error
-    belongs. `alike` contains the candidates, including `best`.
+    If two chains share a silent joint, this joint does not show which of the chains has the error.
+    `alike` contains the candidates, including `best`. If no candidate is clearly better, `best` is
+    returned.
     """
     answers = {
         e: _unanswered(surprise, e, sides[e.row])
@@ -211,7 +229,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the turns that remain without an error, as a ratio to the other joint's turns."""
+    """Return the ratio of the sum of both joints' turns to the other joint's turns in an error."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]
@@ -237,10 +255,10 @@ def _remove(surprise: Surprise, error: SoftError) -> None:
 
 
 def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
-    """Return the frame ranges [start, stop) in which a level is far enough from 0 to be an error.
+    """Return the frame ranges [start, stop) in which the level of a silent joint shows an error.
 
-    A range ends at a cut. Ranges in short parts between cuts, such as a T-pose at the start, are
-    left out.
+    `level` is the level relative to the usual one. A range ends at a cut. Ranges in short segments,
+    such as a T-pose at the start, are left out.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

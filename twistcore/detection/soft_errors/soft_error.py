@@ -1,4 +1,7 @@
-"""A soft error: a twist error that begins and ends gradually instead of with a jump."""
+"""A soft error: a twist error that begins and ends gradually instead of with a jump.
+
+The signals are the twist increments x of the parent P and y of the child C of a chain.
+"""
 
 from __future__ import annotations
 
@@ -12,31 +15,33 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SEEN = float(np.radians(0.05))  # a smaller offset is ignored
-# In an error, both joints turn. If one joint turns by less than this share of the other, clearly
-# compared with its natural motion, only one joint moved. This is checked where the error is
-# steepest, because a soft onset is lost in natural motion.
+# In an error, both joints turn. If the smaller turn is below this share of the larger, only one
+# joint moved. This is decided where the error is steepest, because a soft onset is lost in natural
+# motion, and only if the steps of the error are larger than the natural unrest by the factor CLEAR.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
-# The other joint turns back at least this share of a silent joint's turn where the error is steep,
-# and at most this share of the other joint's turn remains after the correction.
+# The other joint turns back with a silent joint if its changes of pace reverse at least the share
+# TURNED_BACK of the silent joint's, or if the sum of both turns is at most LEFT_OVER times its own.
 TURNED_BACK, LEFT_OVER = 0.5, 1.5
-AROUND = 8  # frames on either side that show the natural motion
+AROUND = 8  # number of frames on either side that show the natural motion
 LEAST_BEHIND = 2.0  # an error at an end of the clip must be shorter than the rest by this factor
 
 
 @dataclass(frozen=True, eq=False)
 class SoftError:
-    """A twist error of joint P in the chain with the index `row`, from frame `start` on.
+    """A twist error that begins and ends gradually, from frame `start` on.
 
     Attributes
     ----------
+    row
+        The row of the chain whose parent has the error.
     offset
-        The error in radians, shape (frames,).
+        The error in each frame, radians, shape (frames,).
     gain
         The log-likelihood ratio of the error over natural motion, in nats.
     sigma
         The standard deviation of the correction, radians.
     followed
-        The fraction of the error that C turns back.
+        The fraction of the error that the child turns back.
     unsure
         True if the error is reported but not corrected.
     silent
@@ -58,7 +63,7 @@ class SoftError:
         return self.start + len(self.offset)
 
     def trimmed(self) -> SoftError:
-        """Return the error without negligible frames at both ends."""
+        """Return the error without frames at both ends in which it is negligible."""
         seen = np.flatnonzero(np.abs(self.offset) > SEEN)
         if not len(seen):
             return self
@@ -69,20 +74,25 @@ class SoftError:
 def judged(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """Return the error, marked unsure if only one joint moved or the wrong frames may be corrected.
+    """Return the error, marked unsure if it should not be corrected.
+
+    An error is unsure if only one joint moved, or if the frames outside the error may be the wrong
+    ones.
 
     Parameters
     ----------
+    error
+        The error.
     x, y
-        The captured increments of the error's chain, shape (frames,).
+        The captured twist increments of the error's chain, shape (frames,).
     cut
         Mask of the clip's cuts, shape (frames,).
     side
-        1 if the error appears at a P that never twists, −1 if it appears at such a C, 0 if neither
-        joint is silent.
+        1 if the parent is silent (never twists elsewhere), −1 if the child is silent, 0 if neither
+        is.
     last
-        True if no chain continues from C, so that an error that only C shows may belong to a joint
-        below it.
+        True if no chain continues from the child. An error that only the child shows may then
+        belong to a joint below.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
@@ -98,9 +108,9 @@ def judged(
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
     """Return True if the other joint turns back the turn of a silent joint in frames [start, stop).
 
-    If a joint was only at rest, it turns alone and the other joint does not turn back. The total
-    turns of both joints are compared or, if these are lost in natural motion, the changes of their
-    pace.
+    If the joint was only at rest, the other joint does not turn back. `own` and `other` contain the
+    twist increments of the silent joint and of the other joint. If their turns do not show this,
+    the changes of their pace are compared.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -110,7 +120,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """Return True if x turns with the error and y against it, or `if_unclear` if uncertain."""
+    """Return True if both joints turn in the error, or `if_unclear` if this is uncertain."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

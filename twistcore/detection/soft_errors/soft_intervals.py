@@ -1,4 +1,4 @@
-"""Search for soft errors, and combine them with the intervals that were found between jumps."""
+"""Search limbs for soft errors, and combine them with the intervals found between jumps."""
 
 from __future__ import annotations
 
@@ -27,14 +27,15 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-ROUNDS = 2
-# Work allowed for the searches in a clip, per frame and joint, and a minimum number of frames. The
-# unit is a departure to which courses are fitted. With a budget, the time depends on the size of a
-# clip, not on its restlessness.
+ROUNDS = 2  # rounds of the search
+# The work allowed per frame and joint for the searches in a clip, and the minimum number of frames
+# for which it is computed. The unit is a departure to which courses are fitted. With a budget, the
+# time depends on the size of a clip, not on its restlessness.
 BUDGET, LEAST_FRAMES = 15.0, 100
 NAMED = 5  # maximum number of frame ranges in a sentence
-KNOWN_FIRST = 10.0  # nats by which soft errors must be a better explanation than known errors
-BESIDE = 2  # frames on either side of an interval in which a departure makes it doubtful
+KNOWN_FIRST = 10.0  # nats by which soft errors must explain the motion better than known errors
+# An unnatural departure at most this number of frames from a known interval makes it doubtful.
+BESIDE = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,12 @@ class Known:
 
     Attributes
     ----------
+    row
+        The row of the chain.
+    start
+        The first frame.
     offset
-        The error of P from frame `start` on, in radians.
+        The twist error in each frame, radians.
     firm
         True for an error of a straight limb, which is replaced only if a silent joint explains the
         motion better.
@@ -83,7 +88,11 @@ class Searched:
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
 ) -> tuple[list[SoftError], list[Known]]:
-    """Return the soft errors of limbs, and the known intervals that they replace."""
+    """Search limbs for soft errors without a budget.
+
+    Returns the soft errors and the known intervals that they replace. The parameters have the same
+    meaning as in :func:`search`.
+    """
     searched = search(limbs, fps, cut, known)
     return searched.found, searched.replaced
 
@@ -98,17 +107,30 @@ def search(
 ) -> Searched:
     """Search limbs for soft errors.
 
-    The known errors are removed first. Where the remaining motion is not natural at some time
-    scale, the known errors are restored, and the motion is explained again. `budget` is the work
-    allowed, in the units of `Surprise.work`.
+    The known errors are removed first. Where the remaining motion is unnatural at some time scale,
+    the known errors are restored, and the motion is explained again.
+
+    Parameters
+    ----------
+    limbs
+        The limbs, of equal length.
+    fps
+        The frame rate.
+    cut
+        Mask of the cuts of the clip and of frame 0, shape (frames,).
+    known
+        The intervals that were found between jumps and in straight limbs.
+    budget
+        The work allowed, in the units of `Surprise.work`.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut, budget)
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return Searched([], [], left)
-    # Wrongly paired jumps hide that a joint is silent. But if the limb is mostly straight, the
-    # constant level is the error.
+    # Removing wrongly paired jumps would hide silent joints, so they are also searched for in the
+    # captured motion, except in limbs with errors of a straight limb, in which the constant level
+    # may be the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
         r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
@@ -128,8 +150,7 @@ def search(
         for start, stop in off_runs(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
-            # A silent joint shows errors to a tenth of a degree, so a roughly correct interval is
-            # not enough.
+            # A silent joint shows errors to a tenth of a degree, so an interval must be that exact.
             if k.row == row and np.abs(level[k.start : k.stop]).max() > STANDS:
                 unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
@@ -154,7 +175,7 @@ def search(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
-    # Where a silent joint is still now, there are no other errors.
+    # A known interval is replaced if the silent joint of its chain is now still in its frames.
     standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
     replaced = [
         k
@@ -188,8 +209,8 @@ def _better(
 ) -> list[SoftError]:
     """Return the soft errors that explain the motion better than known errors in the same frames.
 
-    Overlapping errors of a limb are accepted or rejected together, so that each group of frames is
-    explained either by soft errors or by known errors.
+    In each group of overlapping errors of a limb, either all soft errors or all known errors are
+    chosen.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -232,12 +253,27 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 def _lively_errors(
     surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
 ) -> tuple[list[SoftError], Mask]:
-    """Return soft errors of chains whose joints both twist, and `left` of :class:`Searched`.
+    """Search the chains without silent joints. Return their soft errors and the unsearched frames.
 
-    `bad` is the mask of the frames in which no natural scale is measured, and `lively` is the mask
-    of the rows to search. There are two rounds. In the second round, the natural scales are
-    measured without the errors found in the first. At least half of the budget is reserved for the
-    second round, because errors that only the first round finds may be natural restlessness.
+    In the second of two rounds, the natural scales are measured without the errors found in the
+    first. At least half of the budget is reserved for the second round, because errors that only
+    the first round finds may be natural restlessness.
+
+    Parameters
+    ----------
+    surprise
+        The limbs.
+    bad
+        Mask of the frames in which no natural scale is measured, (rows, frames). It is changed.
+    lively
+        Mask of the rows to search.
+
+    Returns
+    -------
+    found : list of SoftError
+        The soft errors.
+    left : ndarray, shape (limbs, frames)
+        Mask of the frames that were not searched within the budget.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
@@ -270,14 +306,14 @@ def _lively_errors(
 
 
 def _refresh(surprise: Surprise) -> None:
-    """Recompute the increments of all rows from the current rotations."""
+    """Recompute the twist increments of all rows from the current rotations."""
     limbs = surprise.limbs.with_joints(surprise.joints)
     surprise.x, surprise.y = limbs.increments()
     surprise.x[:, surprise.cut] = surprise.y[:, surprise.cut] = 0.0
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Return a mask of the frames in spans with an unnaturally large departure, (rows, frames)."""
+    """Return a mask, (rows, frames), of the frames in spans with an unnaturally large departure."""
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -298,10 +334,10 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return sentences about frames that were not searched.
+    """Return notes about frames that were not searched for soft errors.
 
-    `left` contains the frame ranges [low, high) that were not searched, keyed by chain name. Chains
-    with the same frame ranges share a sentence.
+    `left` contains the frame ranges [low, high), keyed by chain name. Chains with the same ranges
+    share a note.
     """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
@@ -332,7 +368,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def confidence(gain: float) -> float:
-    """Return the probability that a correction is right, 0…1, given its gain in nats."""
+    """Return the probability that a correction is right, 0…1, given the gain of a soft error."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 

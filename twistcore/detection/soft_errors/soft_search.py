@@ -1,4 +1,8 @@
-"""Search limbs for soft errors, beginning at large departures and minimising the surprise."""
+"""Search limbs for soft errors: explain the largest departures first.
+
+A *seed* is a span with an unnaturally large departure. The error that explains a seed best is
+removed from the limb, and then the next seed is explained.
+"""
 
 from __future__ import annotations
 
@@ -14,17 +18,18 @@ from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 
-SEED = 18.0  # nats: minimum gain of the three probes of a span for a seed
-NEAR = 0.8  # share of SEED at another span in the same position
-OF_LIMB = 0.7  # minimum gain of an error in its limb, as a share of the gain in its chain
-OVER = 1.2  # times the budget, after which even a seed in progress is given up
-IN_VAIN = 20  # successive seeds without an explanation, after which a search ends
+SEED = 18.0  # nats: minimum gain of a seed, the sum over the three probes of its span
+NEAR = 0.8  # minimum gain of other spans at the position of a seed, as a share of SEED
+OF_LIMB = 0.7  # minimum gain of an error in its limb, as a share of its gain in its chain
+OVER = 1.2  # multiple of the budget after which even a seed in progress is abandoned
+IN_VAIN = 20  # a search ends after this number of successive seeds without an explanation
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return the gains of departures over natural motion, in nats, (rows, positions).
+    """Return how unnatural the departures of some rows are, in nats, (rows, positions).
 
-    `k` is the index of the span in `Surprise.at`. The gains of its three probes are added.
+    `k` is the index of the length of the spans in `Surprise.at`. The gains of the three probes of a
+    span are added.
     """
     a = surprise.at[k]
     u = a.u[:, rows]
@@ -35,10 +40,9 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 
 
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
-    """Explain the seeds of several limbs, strongest first. Return True if all were examined.
+    """Explain the seeds of several limbs, the strongest first. Return True if all were examined.
 
-    `budget` is the amount of work, in units of `surprise.work`, after which no further seed is
-    examined.
+    After the work `budget`, in the units of `surprise.work`, no further seed is examined.
     """
     end = surprise.work + budget
     while True:
@@ -52,7 +56,10 @@ def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) ->
 
 
 class Search:
-    """The search for the soft errors of one limb. Errors are found and removed one at a time."""
+    """The search for the soft errors of one limb, which finds and removes one error at a time.
+
+    `limb` contains the rows of the limb's chains to search.
+    """
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
@@ -73,10 +80,10 @@ class Search:
             self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
-        """Return the best seed of the k-th span in the unfinished frames of a row, or None.
+        """Return the best seed of a row among the spans of the k-th length, or None.
 
-        `near` contains the first and last frame to consider. If it is None, all frames are
-        considered.
+        Frames that are marked as done are left out. `near` contains the first and the last frame in
+        which the middle of the span may be, and is None for all frames.
         """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
@@ -92,7 +99,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors, removing each from the surprise."""
+        """Search the whole limb and return its soft errors, which are removed from the surprise."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
@@ -105,13 +112,13 @@ class Search:
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain a seed and remove its error.
+        """Find and remove the error that explains a seed.
 
-        If nothing explains the seed, mark its frames as done.
+        If there is no such error, the frames of the seed are marked as done.
         """
         best = self._best_of_limb(top)
         if best is None and self._is_spent():
-            return  # its frames are reported as not searched
+            return  # the frames of the seed are reported as not searched
         if best is None:
             self._in_vain += 1
             reach = max(2, top.length // 2)
@@ -130,7 +137,7 @@ class Search:
         return self._surprise.work > OVER * self._surprise.budget
 
     def left(self) -> Mask:
-        """Return a mask of the frames in seeds that were not examined, (frames,)."""
+        """Return a mask, (frames,), of the frames in seeds that were not examined."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -144,7 +151,7 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the best explanation of a seed by an error of its chain or a neighbour.
+        """Return the error of a seed's chain or a neighbouring chain that explains the seed best.
 
         The result is None if no explanation is good enough.
         """
@@ -165,13 +172,14 @@ class Search:
             return None
         value, k = max(judged)
         best = rivals[-k]
-        # Explaining the effect of another chain's error in this chain makes that chain worse.
+        # If the departure is the effect of an error in a neighbouring chain, an explanation in this
+        # chain makes the neighbour worse, so the gain in the limb is small.
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return the reduction in surprise if an error is removed, in nats.
+        """Return the reduction in surprise by the removal of an error, in nats.
 
-        The surprise of its chain and of the neighbouring chains is added.
+        The reductions in the chain of the error and in its neighbours are added.
         """
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
@@ -183,14 +191,15 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Return the explanation with the shortest span that leaves no seed nearby.
+        """Return the explanation from the shortest of several seeds that leaves no seed nearby.
 
-        If a seed remains after each explanation, for example because of another error nearby,
-        return the explanation with the highest gain relative to the square root of its length.
+        If a seed remains after every explanation, for example because of another error nearby, the
+        explanation with the highest gain relative to the square root of its length is returned. The
+        result is None if there is no explanation.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):
-            # Seeds near an unexplained seed lead to the same spans again.
+            # The seeds near an unexplained seed lead to the same spans again, so use the cache.
             known = self._explained[row]
             if self._is_spent():
                 break

@@ -1,9 +1,9 @@
-"""The course and the fit of a softened level, a constant error that begins and ends gradually.
+"""Fit a softened level: a constant error that begins and ends gradually.
 
 Gaps in captures are filled with straight lines or splines, and captures are low-pass filtered
-before they are published. After that, a constant error of the solver begins and ends with a ramp or
-with a filtered step. Four numbers describe its course: δ, the frame at which half of it has begun,
-the frame at which half of it has ended, and the duration of each transition.
+before they are published. A constant error of the solver then begins and ends with a ramp or with a
+filtered step. Four numbers describe its course over time: the error δ, the frames in the middle of
+the first and of the last transition, and the duration of a transition.
 """
 
 from __future__ import annotations
@@ -15,22 +15,23 @@ import numpy as np
 
 from twistcore.skeleton.rotation import Array
 
+# A function for the shape of a transition from 0 to 1 around time 0.
 Kernel: TypeAlias = Callable[[Array], Array]
-# A function that returns the weighted residuals (n, …) of courses (n, frames). The second argument
-# contains the factors by which the scales are widened, (n, 1).
+# A function that returns the weighted residuals (n, …) after the removal of courses (n, frames).
+# The second argument contains the factors by which the scales are widened, (n, 1).
 Residuals: TypeAlias = Callable[[Array, Array], Array]
 
-STEEPEST = 0.5  # frames
-_DECAY = np.pi * np.sqrt(2.0)  # per period: decay of the filtered step
-_AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
-_STEPS = 1e-3
-# Steps of the fit at one width of the scales, and the smallest gain of a step in nats.
+STEEPEST = 0.5  # shortest duration of a transition in frames
+_DECAY = np.pi * np.sqrt(2.0)  # decay of the filtered step per period
+_AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # units of the four numbers in the fit
+_STEPS = 1e-3  # relative change of a number for its derivative
+# Maximum number of steps before the scales are narrowed, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
-NARROWER = 5.0  # factor from one width to the next
+NARROWER = 5.0  # factor by which the scales are narrowed
 
 
 class Level(NamedTuple):
-    """A softened level, given by its four numbers.
+    """The four numbers that describe a softened level.
 
     Attributes
     ----------
@@ -49,15 +50,15 @@ class Level(NamedTuple):
 
 
 def ramp(t: Array) -> Array:
-    """Return a ramp that rises linearly from 0 at t = −½ to 1 at t = ½."""
+    """Return a transition that rises linearly from 0 at t = −½ to 1 at t = ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
-    """Return a unit step at t = 0 after a zero-phase second-order Butterworth filter.
+    """Return a unit step at t = 0 after a second-order Butterworth filter in both directions.
 
-    `t` is in periods of the cut-off frequency. The closed form is used: a filter that runs in both
-    directions has the gain 1 / (1 + (f / cut-off)⁴).
+    `t` is in periods of the cut-off frequency. The step has a closed form, because the gain of the
+    filter at a frequency f is 1 / (1 + (f / cut-off)⁴).
     """
     away = _DECAY * np.abs(t)
     rest = 0.5 * np.exp(-away) * np.cos(away)
@@ -68,7 +69,7 @@ KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
 def course(levels: Array, kernel: Kernel, frames: int) -> Array:
-    """Return δ(t) of the levels (n, 4) over the given number of frames, (n, frames)."""
+    """Return the courses of levels (n, 4) over the given number of frames, radians, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
     rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
@@ -76,7 +77,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level that resembles an offset, (frames,), or None if the offset is too flat."""
+    """Return a level that resembles an offset, (frames,), or None if the offset is 0 or short."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -94,7 +95,7 @@ def fitted(
     residuals: Residuals,
     coarsest: float,
 ) -> tuple[Array, float]:
-    """Return the course with the smallest residuals, (frames,), and the sum of their squares.
+    """Fit one level. Return its course, (frames,), and the sum of the squared residuals.
 
     `coarsest` has the same meaning as in :func:`all_fitted`.
     """
@@ -104,13 +105,15 @@ def fitted(
 def all_fitted(
     starts: Sequence[tuple[Level, Kernel, float]], frames: int, residuals: Residuals
 ) -> list[tuple[Array, float]]:
-    """Return, for each start, the course with the smallest residuals and the sum of their squares.
+    """Fit a level from each start. Return each course and the sum of its squared residuals.
 
     Each start consists of a level, a kernel and the factor `coarsest`, by which the scales are
-    widened at first. Each course has the shape (frames,). The fit uses Levenberg-Marquardt steps.
-    The derivatives with respect to the four numbers are computed from the residuals, for all starts
-    together. Far from the best course, every residual is at its cap, and no step improves the fit.
-    Therefore the scales are widened first, and then less and less.
+    widened at first. Each course has the shape (frames,).
+
+    The fit uses Levenberg-Marquardt steps. The derivatives with respect to the four numbers are
+    computed numerically, for all starts together. Far from the best course, all residuals have
+    their largest value, and no step improves the fit. The scales are therefore widened at first and
+    then narrowed step by step.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents
@@ -131,10 +134,10 @@ def all_fitted(
 
 
 class _Descent:
-    """A fit in progress.
+    """The fit of one level, while it is in progress.
 
-    `number` contains its four numbers in units of `_AT`, and `residual` the residuals of their
-    course.
+    `number` contains the four numbers of the level in units of `_AT`, and `residual` the residuals
+    of its course.
     """
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
@@ -144,7 +147,7 @@ class _Descent:
         self._begin()
 
     def _begin(self) -> None:
-        """Start the fit again with the current widening of the scales."""
+        """Begin or restart the fit with the current scales."""
         self.left_steps, self.damping, self.best = MOST_STEPS, 1e-2, np.inf
         self.course: Array = np.zeros(self.frames)
         self.step: Array = np.zeros(len(_AT))
@@ -153,9 +156,10 @@ class _Descent:
         self.begun = self.ended = False
 
     def arrives(self, number: Array, course_: Array, left: Array) -> bool:
-        """Accept a course if its residuals are smaller than before.
+        """Accept new numbers if their residuals are smaller.
 
-        Returns True if the derivatives at this course are needed for the next step.
+        `course_` and `left` are the course and the residuals of the new numbers. Returns True if
+        the fit continues from the new numbers, so that the derivatives there are needed.
         """
         self.begun = True
         self.left_steps -= 1
@@ -171,9 +175,9 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """Return True if the fit has ended without widened scales.
+        """Return True if the fit has ended with the original scales.
 
-        If it has ended with widened scales, begin the next fit, with a smaller widening.
+        If it has ended with widened scales, narrow the scales and restart it.
         """
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
@@ -190,9 +194,9 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses for scaled numbers (n, 4), shape (n, frames).
+    """Return the courses of levels, given by their numbers in units of `_AT`, (n, 4) → (n, frames).
 
-    `of` are the fits to which the numbers belong; their kernels are used.
+    `of` contains the fit of each level, which has the kernel.
     """
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
@@ -203,7 +207,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 
 
 def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Compute the derivatives of each fit for its next step, by a small change of each number."""
+    """Compute the derivatives that each fit needs for its next step, by changing each number."""
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)

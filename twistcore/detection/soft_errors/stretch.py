@@ -1,8 +1,8 @@
-"""The departures of all spans that overlap a stretch of frames in a chain, in one array.
+"""Evaluate many offsets over the same few frames of a chain, by the departures that they explain.
 
-A search evaluates hundreds of offsets over the same few frames. For all of them, each departure
-uses the same frames and has the same scale. So the frames and scales are collected once, and the
-departures of all spans are computed in one array operation.
+A search evaluates hundreds of offsets over the same frames. For all of them, each departure uses
+the same frames and has the same scale. The frames and scales of all spans are therefore collected
+once, and the departures are computed in one array operation.
 """
 
 from __future__ import annotations
@@ -17,17 +17,21 @@ from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SIZING = 6  # rounds of reweighting to compute a size
+SIZING = 6  # rounds of reweighting in the fit of a size
 
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures over one span length that overlap a stretch, from position `first` on.
+    """The departures over spans of one length that overlap a frame range.
 
     Attributes
     ----------
+    span
+        The spans.
+    first
+        The position of the first span.
     u, spread
-        The departures and their scale, radians, shape (probes, positions).
+        The departures and their scales, radians, shape (probes, positions).
     weight
         The weights of the departures, shape (positions,), 0 where the span crosses a cut.
     """
@@ -41,13 +45,16 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """All n departures that overlap a stretch of frames, sorted by span, probe and position.
+    """All n departures over spans that overlap a frame range, sorted by length, probe and position.
 
     Attributes
     ----------
+    frames
+        The number of frames in the range.
     nodes
-        The frames that each departure uses, beginning with its probe, (5, n). A frame outside
-        the stretch has the index `frames`.
+        The frames from which each departure is computed, counted from the start of the range,
+        beginning with the frame of the probe, shape (5, n). A frame outside the range has the index
+        `frames`.
     weights
         The weights of the other four frames, shape (4, n).
     u, spread, weight
@@ -65,7 +72,7 @@ class Stretch:
     lengths: Index
 
     def longer(self, shortest: float) -> Stretch:
-        """Return the stretch with only the departures of spans of at least `shortest` frames."""
+        """Return the departures over spans of at least `shortest` frames only."""
         told = slice(int(np.searchsorted(self.lengths, shortest)), None)
         return Stretch(
             self.frames,
@@ -78,9 +85,10 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), in radians, (m, n).
+        """Return the departures of m offsets from their bridges, in radians, (m, n).
 
-        Outside the stretch, the courses are 0.
+        `courses` contains the offsets in each frame of the range, radians, shape (m, frames).
+        Outside the range they are 0.
         """
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
@@ -92,10 +100,11 @@ class Stretch:
         return out
 
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
+        """Return the weighted residuals of u after the removal of m offsets, (m, n).
 
-        The sum of their squares is the surprise. `wider` is the factor by which all scales are
-        widened, either one number or one for each course, (m, 1).
+        The sum of their squares is the remaining surprise in nats. `courses` contains the offsets,
+        shape (m, frames). `wider` is the factor by which all scales are multiplied, one number or
+        one for each offset, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)
@@ -105,10 +114,10 @@ class Stretch:
         return np.copysign(np.sqrt(left, out=left), z, out=left)
 
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
-        """Return the factors by which courses must be multiplied to explain u best, (m,).
+        """Return the factors by which m offsets must be multiplied to explain u best, (m,).
 
-        `departures`, (m, n), are the departures of these courses. `wider` is the factor by which
-        all scales are widened.
+        `departures` contains the departures of these offsets, shape (m, n). `wider` is the factor
+        by which all scales are multiplied.
         """
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)
@@ -123,9 +132,9 @@ class Stretch:
 
 
 def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
-    """Return the stretch of `frames` frames from frame `low` on.
+    """Combine the departures over all spans that overlap `frames` frames from frame `low` on.
 
-    `departures` has one item per span length, the shortest first.
+    `departures` has one item for each length of spans, the shortest first.
     """
     nodes, weights = [], []
     for t in departures:

@@ -1,8 +1,8 @@
-"""The current increments of a limb, and their surprise at every time scale.
+"""The twist increments of limbs while errors are removed, and how unnatural they are (surprise).
 
-Twist errors can be removed from the rotations tentatively. This also removes their exact effects on
-neighbouring chains. The surprise of a frame range is the total cost of its departures over all
-spans that fit, both in u (see `natural_scale`) and in x + y.
+Twist errors can be removed from the rotations tentatively, which also removes their exact effects
+on neighbouring chains. The surprise of a frame range is the total cost of its departures over spans
+of all suitable lengths, in u (see `natural_scale`) and in x + y.
 """
 
 from __future__ import annotations
@@ -27,40 +27,43 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
 )
 
-# The weight of a departure. It is small because the departures of a span at three probes and four
+# The weight of a departure. It is small because the departures at the three probes and at four
 # neighbouring positions are nearly the same.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # smaller departures are never examined
 LEAST_AROUND = 6  # minimum number of frames on either side of an error in which no seed may remain
 SEED_CAP = 20.0  # nats: maximum gain of one probe of a seed
-LONGEST = 2.0  # maximum ratio of a span to the length of the stretch for which it is used
+LONGEST = 2.0  # spans of at most this multiple of a frame range's length are used for the range
 
 
 @dataclass(eq=False)
 class _AtSpan:
-    """The departures over one span.
-
-    All arrays are in radians and have the shape (probes, chains, positions).
+    """The departures over the spans of one length.
 
     Attributes
     ----------
+    natural
+        The natural scales.
     u, total
-        The departures of u and of x + y.
+        The departures of u and of x + y, radians, shape (probes, chains, positions).
     spread
-        The scale of u.
+        The scales of u, radians, shape (probes, chains, positions).
+    usable
+        Mask of the positions at which the span contains no cut, shape (positions,).
     """
 
     natural: Natural
     u: Array
     spread: Array
     total: Array
-    usable: Mask  # (positions,): True without a cut in the span
+    usable: Mask
 
 
 class Surprise:
     """Limbs from which errors are removed step by step, and their departures.
 
-    Each row is a chain, and chain k of limb i is in row k·limbs + i.
+    Each row is a chain; chain k of limb i is in row k·limbs + i. `budget` is the work allowed for
+    the search, in departures to which courses are fitted.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
@@ -70,8 +73,8 @@ class Surprise:
         self.x, self.y = limbs.increments()
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
-        self.work = 0  # departures to which a search has fitted courses so far
-        self.budget = budget  # amount of work
+        self.work = 0  # number of departures to which the search has fitted courses so far
+        self.budget = budget
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
@@ -84,9 +87,9 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n), where n is its length.
+        """Remove a twist error from the rotations of a chain, from frame `start` on.
 
-        The departures are not updated; call :meth:`look_again` for this.
+        The increments and departures are not updated; call :meth:`look_again` for this.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -98,7 +101,7 @@ class Surprise:
     def look_again(self, row: int, start: int, stop: int) -> None:
         """Update the increments and departures of a row and its neighbours.
 
-        This is needed after a change in frames [start, stop).
+        Call this method after a change in frames [start, stop).
         """
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
@@ -151,7 +154,7 @@ class Surprise:
 
     @staticmethod
     def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
-        """Return the range of positions at which a span overlaps the frames [low, high)."""
+        """Return the range of positions at which spans overlap the frames [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
 
@@ -167,7 +170,7 @@ class Surprise:
         return found
 
     def stretch(self, row: int, low: int, frames: int) -> Stretch:
-        """Return the departures over the spans that overlap `frames` frames from `low` on."""
+        """Return the departures of a row over spans that overlap `frames` frames from `low` on."""
         told = []
         for a in self._similar_spans(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
@@ -178,10 +181,10 @@ class Surprise:
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span near an error after its removal, in nats.
+        """Return the highest gain of any span near an error after removing the error, in nats.
 
-        Only spans that extend little beyond the error are used, because there may be another error
-        nearby.
+        Only spans that extend little beyond the error are considered, because there may be another
+        error nearby.
         """
         most, stop = 0.0, start + len(offset)
         margin = max(LEAST_AROUND, len(offset) // 2)
@@ -213,7 +216,7 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """Return the total weight of all departures per frame, for a span of a given length."""
+        """Return the total weight of the departures per frame in a range of `length` frames."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._similar_spans(length)
         )
@@ -221,8 +224,7 @@ class Surprise:
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
         """Return the offset whose removal makes u follow its bridge over [start, stop), and its σ.
 
-        Both are in radians. β and σ are estimated from the spans of similar length at that
-        position.
+        Both are in radians. β and σ are interpolated from spans of similar length at that position.
         """
         reach = self.spans[0].reach
         low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
@@ -233,7 +235,7 @@ class Surprise:
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
-        """Return β and σ for a bridge over [start, stop), from the two spans of similar length."""
+        """Return β and σ for a bridge over [start, stop), from spans of the two nearest lengths."""
         length = max(stop - start, 1)
         lengths = [s.length for s in self.spans]
         k = bisect_left(lengths, length)
@@ -251,7 +253,7 @@ class Surprise:
 
 @lru_cache(maxsize=1024)
 def _share(length: int, shorter: int, longer: int) -> float:
-    """Return the position of a length between two others on a logarithmic scale, 0…1."""
+    """Return the relative position of a length between two others on a logarithmic scale, 0…1."""
     if shorter == longer:
         return 0.0
     share = np.log(length / shorter) / np.log(longer / shorter)

@@ -1,4 +1,4 @@
-"""Counter-twists of straight limbs. Positions do not show how P and C share their twist."""
+"""Find counter-twists of straight limbs, in which no position shows the error."""
 
 from __future__ import annotations
 

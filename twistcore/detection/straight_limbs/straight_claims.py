@@ -1,4 +1,4 @@
-"""Errors of a chain while its limb is straight, and jumps that they do not explain [Method]."""
+"""Decide which errors of a chain belong to a straight limb and which to its jumps [Method]."""
 
 from __future__ import annotations
 
@@ -39,21 +39,30 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-LARGEST = float(np.radians(75.0))  # largest δ; a larger one would turn the hinge around
-CLEAR = 10.0  # ratio to the spread of a hinge; a smaller δ may be play of the hinge
-# factor by which removing δ may increase the distance from the hinge, because a straight bone
-# naturally deviates from it
+LARGEST = float(np.radians(75.0))  # a larger error would turn the hinge to the other side
+CLEAR = 10.0  # minimum ratio of an error to the spread of the hinge; a smaller one may be play
+# A correction may increase the distance from the hinge by this factor, because a straight bone
+# naturally deviates from its hinge.
 NEARLY = 1.6
 ROUNDS = 3  # rounds of removing jumps that contradict the bent limb
-AS_LITTLE = float(np.radians(2.0))  # by how much more counter-turn jumps may leave
-BESIDE = 1  # frames on either side of an error that may belong to its transitions
+# If the intervals between jumps leave at most this much more opposite turn, in radians, they
+# explain the motion.
+AS_LITTLE = float(np.radians(2.0))
+BESIDE = 1  # frames on either side of a spell that may belong to its transitions
 
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """The error of an interval between jumps, and the peak frames of its edges.
+    """An interval between jumps.
 
-    `offset` is δ in radians from frame `start` on, shape (frames,).
+    Attributes
+    ----------
+    start
+        The first frame.
+    offset
+        The twist error in each frame, radians.
+    peaks
+        The peak frames of the edges.
     """
 
     start: int
@@ -68,9 +77,24 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The data from which the intervals between the jumps of a chain are computed.
+    """The jumps of a chain, from which the intervals between them are computed.
 
-    `tau` is in radians.
+    Attributes
+    ----------
+    counter
+        The counter-rotation of all chains that are analysed together.
+    row
+        The row of the chain in `counter`.
+    edges
+        The possible edges of the chain.
+    step
+        Mask of the frames in which the offset of an interval may change, shape (frames,).
+    tables
+        The gains of all pairs of edges, one table for each segment between cuts.
+    tau
+        The automatic τ in radians.
+    fps
+        The frame rate.
     """
 
     counter: CounterRotation
@@ -82,24 +106,21 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Return the jumps without the edges with a peak frame in the mask `peaks`, (frames,)."""
+        """Return the jumps without the edges whose peak is in a mask of frames, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
-        """Return the sum of the offsets of all intervals, in radians, (frames,)."""
+        """Return the sum of the offsets of all intervals in each frame, in radians, (frames,)."""
         total = np.zeros(self.counter.x.shape[1])
         for j in self.found():
             total[j.frames] += j.offset
         return total
 
     def found(self) -> list[_Jumping]:
-        """Return the intervals that best explain the jumps.
-
-        Intervals that end at a border of a segment are included.
-        """
+        """Return the intervals that best explain the jumps, including those with only one edge."""
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
@@ -112,9 +133,16 @@ class Jumps:
 
 @dataclass(frozen=True, eq=False)
 class StraightLimb:
-    """The errors of a limb while it is straight, sorted by start.
+    """The errors of a limb while it is straight.
 
-    `claimed` is the mask of the frames in which the errors begin and end.
+    Attributes
+    ----------
+    errors
+        The errors, sorted by start.
+    claimed
+        Mask of the frames whose jumps belong to these errors, shape (frames,).
+    bend
+        The bend of the limb.
     """
 
     errors: tuple[StraightError, ...]
@@ -123,17 +151,17 @@ class StraightLimb:
 
     @property
     def offset(self) -> Array:
-        """The sum of the errors, in radians, (frames,)."""
+        """The sum of the errors in each frame, in radians, (frames,)."""
         total = np.zeros(len(self.claimed))
         for e in self.errors:
             total[e.start : e.stop] += e.offset
         return total
 
     def leaves(self, jumps: Jumps) -> Jumps:
-        """Return the jumps that belong to none of these errors and agree with the bent limb.
+        """Return the jumps that do not belong to these errors and do not contradict the bent limb.
 
-        The edges of an interval are removed if the correction of the interval would turn the bent
-        limb away from its hinge.
+        An interval contradicts the bent limb if its correction would turn the limb away from its
+        hinge. The edges of such an interval are removed.
         """
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
@@ -149,14 +177,24 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return the errors of a chain in its straight spells that its jumps do not explain.
+    """Return the errors of a chain in its straight spells that its jumps do not explain, or None.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
-    because it has no grandchild. The bend decides which of two spells contains the error, not the
-    length. An interval between jumps takes priority only if it brings the bent limb back to its
-    hinge, or if it leaves little more counter-turn unexplained. `by_itself` is a function that
-    returns the increments of P and C without the effect of jumps in neighbouring chains, each
-    (frames,), in radians.
+    because it has no grandchild. An interval between jumps takes priority over an error of the
+    straight limb only if its correction brings the bent limb back to its hinge, or if it leaves
+    hardly more opposite turn of parent and child unexplained.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    chain
+        The chain.
+    jumps
+        The jumps of the chain.
+    by_itself
+        Function that returns the twist increments of parent and child without the effects of jumps
+        in neighbouring chains, radians, each with the shape (frames,).
     """
     if chain.grandchild < 0:
         return None
@@ -188,7 +226,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without errors.
+    """Return limbs after the removal of twist errors.
 
     `offsets` contains the errors in radians, shape (frames,), keyed by the row of their chain.
     """
@@ -210,11 +248,25 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Return the errors of a spell whose removal brings the limb closer to its hinge.
+    """Return the errors of a spell whose correction does not turn the limb away from its hinge.
 
-    The result is empty if the intervals between jumps are sufficient. `scales` are the scales of
-    the increments in the whole clip. `jumping` are the intervals between jumps in the segment of
-    the spell. Only frames near the spell are examined, because a long clip has thousands of spells.
+    The result is empty if intervals between jumps explain the spell. Only the segment of the spell
+    is examined, because a long clip has thousands of spells.
+
+    Parameters
+    ----------
+    increments
+        The twist increments of parent and child, radians, each with the shape (frames,).
+    scales
+        The scales of both increments in the whole clip.
+    jumping
+        The intervals between jumps in the segment of the spell.
+    bend
+        The bend of the limb.
+    spell
+        The spell.
+    fps
+        The frame rate.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)
@@ -239,7 +291,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of P and C without the given errors, in radians, (frames,) each."""
+    """Return the increments of parent and child after the removal of intervals, in radians."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset
@@ -248,7 +300,7 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _is_nearer_hinge(jumping: _Jumping, bend: Bend) -> bool | None:
-    """Return True if the bent limb is closer to its hinge without the given interval.
+    """Return True if correcting an interval brings the bent limb closer to its hinge.
 
     The result is None if this is unknown.
     """

@@ -1,10 +1,10 @@
-"""The twist error of a straight limb over time [Method].
+"""Compute the twist error of a straight limb over time [Method].
 
-While C's bone is in line with P's bone, no position shows how a twist is divided between P and C.
-Three things are still known about the error δ. First, the twists X − δ of P and Y + δ of C are
-smooth, where X and Y are the sums of the increments x and y. Second, δ is 0 where the limb is bent.
-Third, δ seldom changes. The curve that satisfies these conditions best is computed by least
-squares, reweighted a few times.
+While the bone of a child C is in line with the bone of its parent P, no position shows how a twist
+is divided between P and C. Three things are still known about the twist error δ. First, the twists
+X − δ of P and Y + δ of C are smooth, where X and Y are the sums of the twist increments x and y.
+Second, δ is 0 where the limb is bent. Third, δ seldom changes. The curve δ(t) that best satisfies
+these conditions is computed by iteratively reweighted least squares.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
 
-Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
+# Equations: the indices of their unknowns (n, k), the factors of the k unknowns, and the right-hand
+# sides (n,).
+Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]
 
-ROUNDS = 12  # rounds of reweighting
-SELDOM, STEP = 0.05, float(np.radians(12.0))  # cost of a change of δ, and its size per second
+ROUNDS = 12  # maximum number of rounds of reweighting
+SELDOM, STEP = 0.05, float(np.radians(12.0))  # cost of a change of δ; smallest change per second
 SETTLES = 0.25  # seconds after which a twist comes to rest if nothing else determines it
-# Smallest scale of the change of an increment from frame to frame.
-LEAST_SCALE = float(np.radians(0.02))
-ROUNDED = 0.71  # σ of such a change that rounding causes, in steps of the written angles
-SAME = 1e-5  # radians: the iteration stops if the change is smaller
+LEAST_SCALE = float(np.radians(0.02))  # smallest scale of the difference of successive increments
+ROUNDED = 0.71  # σ of this difference due to rounding, in rounding steps of the angles
+SAME = 1e-5  # radians: the iteration stops if δ changes less
 
 
 def course(
@@ -37,11 +38,23 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), in radians.
+    """Return the twist error δ in frames [start, stop), in radians.
 
-    `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
-    :func:`scale_of`. In the rest of the segment [low, high), δ is 0. At the ends of the segment δ
-    is free, because the motion before and after the segment is unknown.
+    In the rest of the segment [low, high), δ is 0. If the frames begin or end at a border of the
+    segment, δ is free there, because the motion beyond is unknown.
+
+    Parameters
+    ----------
+    increments
+        The twist increments x of P and y of C, radians, each with the shape (frames,).
+    scales
+        The scales of x and y from :func:`scale_of`.
+    start, stop
+        The frames in which the limb is straight.
+    low, high
+        The frames of the segment between two cuts.
+    fps
+        The frame rate.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -60,7 +73,8 @@ def course(
 def scale_of(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, in radians.
 
-    `step` is the rounding step of the angles in the file. It sets a lower limit.
+    `step` is the rounding step of the angles in the file, in radians, which determines the smallest
+    result.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -76,10 +90,10 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return scaled least-squares equations for a smooth course of both signals and for rest.
+    """Return scaled least-squares equations: both twists are smooth and come to rest.
 
-    The equations are linear in the unknown values of δ. The increment to the first frame of the
-    segment is left out, because it crosses a cut.
+    The unknowns are the values of δ. The parameters have the same meaning as in :func:`course`. The
+    increment to the first frame of the segment is not used, because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
@@ -95,12 +109,12 @@ def _smooth(
 
 
 def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
-    """Return the index of the unknown δ in each frame, or −1 for frames in which δ is known."""
+    """Return the index of the unknown δ of each frame, or −1 for frames in which δ is known."""
     return np.where((frames >= start) & (frames < stop), frames - start, -1)
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """Return the least-squares δ, reweighted so that δ changes either by much or not at all.
+    """Solve the equations with weights that let δ change either by much or not at all.
 
     Parameters
     ----------
@@ -112,8 +126,13 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
         True if δ is 0 before the first frame and after the last frame, respectively.
     step
         The smallest change of δ, radians per frame.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The values of δ, radians.
     """
-    from scipy.linalg import solveh_banded  # loads slowly, and few clips need it
+    from scipy.linalg import solveh_banded  # slow to load, and few clips need it
 
     delta = np.zeros(len(right))
     weight = np.full(len(right) + 1, SELDOM / step**2)

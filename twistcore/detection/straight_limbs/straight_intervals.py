@@ -1,4 +1,4 @@
-"""Convert errors of straight limbs to intervals with their evidence."""
+"""Convert errors of straight limbs to intervals with evidence."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def interval_of(chain: str, error: StraightError) -> Interval:
 
 
 def confidence(error: StraightError) -> float:
-    """Return the probability that an error of a straight limb is real, 0…1."""
+    """Return the probability that the correction of a straight limb's error is right, 0…1."""
     turn, answer = (abs(t) for t in error.turns)
     score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(
         turn, answer

@@ -1,4 +1,7 @@
-"""Spells (frame ranges in which a limb is straight), and the errors in them."""
+"""Find the spells of a limb (frame ranges in which it is straight), and the errors in them.
+
+P is the parent and C the child of the limb's chain, and δ is the twist error of P.
+"""
 
 from __future__ import annotations
 
@@ -14,20 +17,21 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # bend above which a limb's twist is well determined
-# minimum time for which a limb must be bent to show anything about the straight limb
-ANCHOR_SECONDS = 0.1
+BENT = float(np.radians(30.0))  # bend above which a limb is called bent and shows its twist well
+ANCHOR_SECONDS = 0.1  # minimum time for which a limb must be bent to show its hinge
 SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
-WINDOW = 0.13  # seconds: the window for a transition with opposite turns
-LEAST_TURN = float(np.radians(8.0))  # smallest turn of either joint in a transition
-LEAST_SHARE = 0.35  # smallest ratio of the smaller turn to the larger
+WINDOW = 0.13  # duration in seconds of a transition, in which P and C turn in opposite directions
+LEAST_TURN = float(np.radians(8.0))  # smallest turn of P and of C in a transition
+LEAST_SHARE = 0.35  # minimum ratio of the smaller to the larger of these turns
 EXPLAINED = 0.5  # minimum share of the smaller turn that the change of δ explains
-# seconds, and share of δ: faster changes are left to the search for jumps
+# If a larger share of the change than SUDDEN takes at most SHARP seconds, the error is left to the
+# search for jumps.
 SHARP, SUDDEN = 0.015, 0.7
 LEAST_CHANGE = float(np.radians(6.0))  # smallest change of δ in a transition
 NOTHING = float(np.radians(0.5))  # a smaller δ is ignored
-PAUSE = 0.1  # seconds without δ that separate two errors
-HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and its quantile
+PAUSE = 0.1  # minimum time between two errors in seconds
+# In a hinge, this quantile of the azimuth's magnitude in the bent limb is below HINGE.
+HINGE, MOSTLY = float(np.radians(2.0)), 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +44,7 @@ class Bend:
         The angle between C's bone and P's bone, in [0, π], shape (frames,).
     azimuth
         The direction of C's bone about P's bone, relative to the usual direction in the bent limb,
-        radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
+        radians in (−π, π], shape (frames,); None if the joint is not a hinge.
     spread
         The 75 % quantile of the azimuth's magnitude in the bent limb, radians.
     """
@@ -51,25 +55,27 @@ class Bend:
 
     @cached_property
     def bent(self) -> Mask:
-        """Mask of the frames in which the limb is bent enough to show its twist well, (frames,)."""
+        """Mask of the frames in which the limb is bent, (frames,)."""
         return self.angle > BENT
 
     def nearer(
         self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
     ) -> bool | None:
-        """Return True if removing an offset brings the limb closer to its hinge; None if unknown.
+        """Return True if removing an offset brings C's bone closer to its hinge plane.
 
-        Frames are weighted by the bend of the limb. An almost straight limb may naturally be
-        bent slightly backward.
+        The result is None if this is unknown. Frames are weighted by the bend of the limb. In an
+        almost straight limb, a slight backward bend is natural and does not matter.
 
         Parameters
         ----------
+        frames
+            The frames of the offset, as a slice.
         offset
-            The offset in each of the `frames`, radians.
+            The offset in each of these frames, radians.
         where
             Mask of the frames to use, or None for all.
         share
-            The largest fraction of the original distance that may remain.
+            The largest ratio of the distance after the correction to the distance before it.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -84,10 +90,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) in which the limb is not bent.
-
-    [low, high) is the segment between two cuts that contains the spell.
-    """
+    """Frames [start, stop) in which a limb is not bent, in the segment [low, high) between cuts."""
 
     start: int
     stop: int
@@ -96,13 +99,13 @@ class Spell:
 
     @property
     def closed(self) -> int:
-        """The number of ends of the spell at which the limb is bent, 0…2."""
+        """The number of ends of the spell, 0…2, next to which the limb is bent."""
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows of `window` frames that overlap the spell.
+        """Return the positions of the windows of `window` frames that overlap the spell.
 
-        Each window is given by the index of the frame before it.
+        The position of a window is the index of the frame before it.
         """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
@@ -110,7 +113,7 @@ class Spell:
 
 @dataclass(frozen=True, eq=False)
 class StraightError:
-    """An error of a straight limb, from frame `start` on.
+    """A twist error δ of a straight limb, from frame `start` on.
 
     Attributes
     ----------
@@ -121,9 +124,9 @@ class StraightError:
     turns
         The turns of P and C in that transition, radians.
     strength
-        The change of δ in that transition, without its sign, radians.
+        The magnitude of the change of δ in that transition, radians.
     closed
-        The number of ends of the spell at which the limb is bent.
+        The number of ends of the spell next to which the limb is bent.
     """
 
     start: int
@@ -166,10 +169,10 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells in [low, high) that are next to a bent limb.
+    """Return the spells in a segment [low, high) that may contain an error.
 
-    Only spells with opposite turns of P and C are included. `increments` are the twist increments
-    of P and C.
+    In such a spell, P and C turn in opposite directions, and the limb is bent before or after it.
+    `increments` contains the twist increments of P and C in radians.
     """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
@@ -182,18 +185,19 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell: runs of δ that begin or end with opposite turns.
+    """Return the errors of a spell: runs of δ that begin or end with opposite turns of P and C.
 
-    `delta` is δ in all frames, in radians, and 0 outside the spell.
+    `increments` contains the twist increments of P and C, and `delta` contains δ in all frames,
+    which is 0 outside the spell. Both are in radians.
     """
     window = window_of(fps)
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
-    # The transition must be explained by δ and must not be motion next to an error.
+    # δ must explain the transition. If not, the opposite turns are natural motion near an error.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
-    short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
+    short = round(SHARP * fps)  # 0 at 30 Hz, where even a gradual transition may take one frame
     jumps = np.abs(delta[short:] - delta[: len(delta) - short])
     found = []
     for start, stop in _parts(np.abs(delta) > NOTHING, fps):
@@ -222,11 +226,23 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return the opposite turns of P and C that remain after δ is removed, in radians.
+    """Return the opposite turn of P and C that remains after δ is removed, in radians.
 
-    The result is the maximum over all windows, minus the pace next to each window. `scales` are the
-    scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
-    the greater weight.
+    The result is the maximum over the windows of the spell. The pace next to each window is
+    subtracted, and the joint with the smaller scale has the greater weight.
+
+    Parameters
+    ----------
+    increments
+        The twist increments of P and C, radians.
+    scales
+        The scales of both increments.
+    delta
+        δ in all frames, radians, shape (frames,).
+    spell
+        The spell.
+    fps
+        The frame rate.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
@@ -238,12 +254,12 @@ def left_over(
 
 
 def window_of(fps: float) -> int:
-    """Return the number of frames in a window in which a transition is searched for."""
+    """Return the length of the window in which a transition is searched for, in frames."""
     return max(2, round(WINDOW * fps))
 
 
 def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
-    """Return the runs of True in a mask, joined if only a short pause separates them."""
+    """Return the runs of True in a mask, after joining runs that a short pause separates."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):
         if out and start - out[-1][1] < PAUSE * fps:
@@ -253,9 +269,9 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the turns of P and C over the windows of a spell.
+    """Return the turns of P and C over the windows of a spell, in radians.
 
-    The pace next to a window is subtracted only if the turns are not opposite without this.
+    The pace next to a window is subtracted only if the turns are not clearly opposite without this.
     """
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
@@ -263,15 +279,15 @@ def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[A
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the sum of a signal over each window of a spell, and its excess over the pace nearby.
+    """Return the sums of a signal over the windows of a spell, and these sums minus the pace.
 
-    Only increments in the segment of the spell are used. At the ends of the segment, the outermost
-    value is repeated.
+    The pace is the mean of the signal next to a window. Only increments in the segment of the spell
+    are used. At the ends of the segment, the outermost value is repeated.
     """
     window = window_of(fps)
     half = window // 2
     at = spell.windows(window)
-    # The range of the increments that are used.
+    # The range of the increments that are needed.
     first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
     asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
@@ -283,11 +299,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the smaller magnitude of two opposite turns, in radians, and 0 for other turns."""
+    """Return the smaller magnitude of two opposite turns, or 0 if they are not opposite."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return a mask of the turns in which both joints turn oppositely by a similar angle."""
+    """Return True where two joints turn in opposite directions by similar angles."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
