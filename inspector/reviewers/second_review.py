@@ -76,7 +76,9 @@ class SecondReview:
 
     def left_to_them(self, state: ReviewState) -> tuple[Judged, ...]:
         """Return the other reviewer's decisions on intervals that are undecided here."""
-        return left_to_second(paired(state.intervals, self._theirs), state.next_id)
+        return decisions_left_to_second(
+            pair_intervals(state.intervals, self._theirs), state.next_id
+        )
 
 
 def _place(state: ReviewState, row: DifferenceRow) -> tuple[int, int]:

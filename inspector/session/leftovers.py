@@ -181,9 +181,9 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
     `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
-    again = missing_from(was, wanted)  # frames that the journal uses for tuning again
-    not_again = joined_spans(again) != missing_from(again, here)
-    return bool(missing_from(missing_from(wanted, was), here)) or not_again
+    again = uncovered_parts(was, wanted)  # frames that the journal uses for tuning again
+    not_again = joined_spans(again) != uncovered_parts(again, here)
+    return bool(uncovered_parts(uncovered_parts(wanted, was), here)) or not_again
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:

@@ -57,7 +57,7 @@ def is_session(path: Path) -> bool:
 def refuge_path(clip: Path) -> Path:
     """Return the path in the refuge for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
-    name = own_name(clip)
+    name = file_prefix(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # room for the endings of journal and lock
         name = name[:20]
     return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"

@@ -11,7 +11,7 @@ from twistcore.analysis.correction import Corrected, refine
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.model import constant
+from twistcore.review.model import constant_interval
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, wrap

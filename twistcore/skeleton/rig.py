@@ -264,7 +264,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 def read_rig(path: Path) -> Rig:
     """Read a rig from a TOML file. Raises TwistError or FormatError if the file is invalid."""
-    with saying(path):
+    with errors_naming(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
             raise FormatError(f"{_EXPECTED}; found {shown_value(unknown[0])}")

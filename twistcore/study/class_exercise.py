@@ -102,7 +102,7 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 def read_exercise(path: Path) -> ClassExercise:
     """Read an exercise. Raises TwistError if the file is invalid."""
-    with saying(path):
+    with errors_naming(path):
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
         if not name or Path(name).name != name:
@@ -132,7 +132,7 @@ def write_answer(path: Path, handed: StudentAnswer) -> None:
 
 def read_answer(path: Path) -> StudentAnswer:
     """Read a student's answer. Raises TwistError if the file is invalid."""
-    with saying(path):
+    with errors_naming(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
         own = has(document["exercise"], "clip", "sha256", what="exercise")
@@ -169,7 +169,7 @@ def _in_cell(name: str) -> str:
 
 def schema_of(path: Path) -> str:
     """Return the schema of a JSON file. Raises TwistError if the file has none."""
-    with saying(path):
+    with errors_naming(path):
         return str(_document(path)["schema"])
 
 
