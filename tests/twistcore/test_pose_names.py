@@ -296,6 +296,15 @@ def test_half_precision_lists_of_persons_are_read(tmp_path, capsys):
     assert (after.poses != clip.poses).any()
 
 
+@pytest.mark.parametrize("track_id", [[1], {"a": 1}, np.arange(2), None])
+def test_a_track_id_that_is_no_number_is_ignored(tmp_path, track_id):
+    found = files.older_romp(SHORT)
+    for frame in found["results"].values():
+        frame[0]["track_id"] = track_id
+    clip = read_clip(files.write_romp(tmp_path / "video_results.npz", found), fps=30.0)
+    assert clip.frames == SHORT.frames
+
+
 def test_frames_without_the_person_are_filled_in_and_named(tmp_path):
     absent = (3, 10, 11)
     whole = amass_arrays(SHORT, 24, np.float32)["poses"]

@@ -70,7 +70,7 @@ class _Row:
     """
 
     frame: int
-    who: Any
+    who: int
     pose: NDArray[Any]
     place: NDArray[Any] | None
     row: int
@@ -253,10 +253,12 @@ def _object(archive: Archive, name: str) -> _Object | None:
 def _rows(frame: int, found: Any) -> Iterator[_Row]:
     """Yield a row for each person in a frame."""
     if isinstance(found, list):  # earlier versions have one dict per person
-        for who, one in enumerate(found):
+        for row, one in enumerate(found):
             if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
-                place = _numbers(one, _PLACES, 3)
-                yield _Row(frame, one.get("track_id", who if len(found) > 1 else 0), pose, place, 0)
+                known = one.get("track_id")
+                if not isinstance(known, int | np.integer):
+                    known = row if len(found) > 1 else 0
+                yield _Row(frame, int(known), pose, _numbers(one, _PLACES, 3), 0)
         return
     pose = _pose(found) if isinstance(found, dict) else None
     if pose is None:
@@ -290,7 +292,7 @@ def _items(found: Any) -> list[Any]:
     return list(found) if isinstance(found, list | np.ndarray) else []
 
 
-def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
+def _notes(own: Sequence[_Row], seen: Counter[int]) -> Iterator[str]:
     """Yield sentences about the person who was chosen and about missing frames."""
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
