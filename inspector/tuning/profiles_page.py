@@ -38,10 +38,11 @@ _BOTH = tr(
 class ProfilesPage(QWidget):
     """A table of τ and its cost for each chain, or a table of all detectors.
 
-    `chosen` is emitted with the name of a clicked chain.
+    `chosen` is emitted with the name of a clicked chain, and `called` if the page should be shown.
     """
 
     chosen = Signal(str)
+    called = Signal()
 
     def __init__(
         self,
@@ -96,11 +97,13 @@ class ProfilesPage(QWidget):
         self.model.set_compared(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
+        self.called.emit()
 
     def show_both(self, both: bool) -> None:
         """Show the table of all detectors, or the table of τ if `both` is False."""
         self._tables.setCurrentIndex(int(both))
         self._need()
+        self.called.emit()
         self.refresh()
 
     def _need(self) -> None:

@@ -123,7 +123,7 @@ class TuningActions:
         read = [(path, self._read(path)) for path in paths]
         columns = [Column(p.name, profile) for p, profile in read if profile]
         if len(columns) == len(paths):
-            self.tuning.set_compared(columns)
+            self.tuning.profiles.set_compared(columns)
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from enum import StrEnum
 
 import numpy as np
@@ -23,11 +23,11 @@ from inspector.session.settings import Settings
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.confidence_page import ConfidencePage
 from inspector.tuning.curves_page import CurvesPage
+from inspector.tuning.kinds_page import KindsPage
 from inspector.tuning.profiles_page import ProfilesPage
 from inspector.tuning.suggestion_page import SuggestionPage
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_plots import TauPlot
-from inspector.tuning.tau_table import Column
 from inspector.tuning.verdict_evidence import VerdictEvidence
 from inspector.tuning.verdict_page import VerdictPage
 from inspector.tuning.wishes import Wishes
@@ -123,6 +123,7 @@ class TuningPanel(QWidget):
         self.curves.asked.connect(self._ask)
         self.curves.dropped.connect(self._drop)
         self.profiles.chosen.connect(self._document.select_chain)
+        self.profiles.called.connect(self._look_at_profiles)
         self.tabs = QTabWidget(documentMode=True)
         self.tabs.setAccessibleName(tr("Pages of tuning"))
         self.tabs.addTab(self.curves, tr("Curves"))
@@ -132,7 +133,9 @@ class TuningPanel(QWidget):
         self.verdicts.asked.connect(self._ask)
         self.verdicts.dropped.connect(self._drop)
         self.confidence = ConfidencePage(self._document, self.evidence, colours)
+        self.kinds = KindsPage(self._document, self.evidence, colours)
         self.tabs.addTab(self.verdicts, tr("Verdicts"))
+        self.tabs.addTab(self.kinds, tr("Kinds"))
         last = self.tabs.addTab(
             self.confidence, tr("Conf.")
         )  # short words, to fit into a window of 1024 pixels
@@ -167,7 +170,7 @@ class TuningPanel(QWidget):
 
     def _watch_verdicts(self) -> None:
         """Count verdicts only while a page that shows them is visible."""
-        looked_at = self.tabs.currentWidget() in (self.verdicts, self.confidence)
+        looked_at = self.tabs.currentWidget() in (self.verdicts, self.kinds, self.confidence)
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
@@ -285,19 +288,6 @@ class TuningPanel(QWidget):
             else:
                 out[name] = Tuned(float(np.degrees(tau)), np.nan, np.nan, np.nan)
         return out
-
-    def set_compared(self, others: Sequence[Column]) -> None:
-        """Set the profiles to compare.
-
-        One profile is compared with the current τ, and two profiles are compared with each other.
-        """
-        self.profiles.set_compared(others)
-        self._look_at_profiles()
-
-    def show_both(self, both: bool) -> None:
-        """Show the table of all detectors, or the table of τ if `both` is False."""
-        self.profiles.show_both(both)
-        self._look_at_profiles()
 
     def _look_at_profiles(self) -> None:
         self.tabs.setCurrentWidget(self.profiles)

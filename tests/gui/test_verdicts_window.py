@@ -12,7 +12,7 @@ from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.session.document import BLIND
 from inspector.session.open_clip import Borrowed
 from inspector.session.settings import Settings
-from inspector.tuning.verdict_evidence import Scope
+from inspector.tuning.verdict_evidence import CLIP, FOLDER, Scope
 from inspector.tuning.verdict_page import needed_words
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
@@ -272,3 +272,43 @@ def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
     assert not any("remembered" in b.text() for b in window.bar.findChildren(QLabel))
     open_clip(qtbot, window, folder / "05_00.bvh")
     qtbot.waitUntil(tuning.tabs.isVisible)
+
+
+# -- kinds -----------------------------------------------------------------------------------------
+
+
+def kinds_of(window):
+    """Return the numbers (errors, found, false alarms, undecided) of each row of the page."""
+    counts = window.tuning.kinds.counts().items()
+    return {
+        name: (c.score.errors, c.score.found, c.score.alarms, c.undecided) for name, c in counts
+    }
+
+
+def test_each_kind_has_a_bar_with_its_precision(qtbot, window):
+    page = window.tuning.kinds
+    look(qtbot, window, page)
+    page.scopes.setCurrentText(FOLDER)
+    found = kinds_of(window)
+    errors, listed, alarms, undecided = found["Counter-twists"]
+    assert (errors, alarms) == (listed, 3)
+    assert undecided
+    assert page.plot.axes["left"].names == tuple(found)
+    ends = page.plot.bars.opts["x1"]
+    row = list(found).index("Counter-twists")
+    assert ends[row] == pytest.approx(100.0 * listed / (listed + alarms))
+    assert "Counter-twists" in page.plot.accessibleDescription()
+
+
+def test_a_verdict_in_this_clip_changes_its_row(qtbot, window):
+    page = window.tuning.kinds
+    look(qtbot, window, page)
+    page.scopes.setCurrentText(CLIP)
+    page.groups.setCurrentIndex(1)
+    before = kinds_of(window)
+    act(window, "next_interval")
+    label = window.document.find_chain(window.document.interval.interval.chain).label
+    qtbot.waitUntil(window.viewport.has_painted_interval)
+    act(window, "reject")
+    qtbot.waitUntil(lambda: kinds_of(window) != before, timeout=30_000)
+    assert kinds_of(window)[label][2] == before.get(label, (0, 0, 0, 0))[2] + 1

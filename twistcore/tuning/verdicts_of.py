@@ -34,6 +34,7 @@ from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
+from twistcore.tuning.kind_verdicts import KindVerdict, kind_verdicts
 from twistcore.work.frozen import dataclass
 
 SAME = 0.5  # minimum fraction of common frames if a detection and an error are the same
@@ -95,6 +96,8 @@ class JudgedClip:
     shares
         The fraction of the intervals of each reviewed chain that were decided, keyed by chain name.
         A missing chain has the fraction 1.
+    of_kinds
+        A verdict for each interval of any kind, including those without a decision.
     """
 
     name: str
@@ -105,6 +108,7 @@ class JudgedClip:
     reviewed: Mapping[str, float]
     verdicts: tuple[Verdict, ...]
     shares: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    of_kinds: tuple[KindVerdict, ...] = ()
 
     @property
     def reviewed_chains(self) -> float:
@@ -153,6 +157,7 @@ def judged_clip(
         reviewed,
         tuple(verdicts),
         shares,
+        kind_verdicts(state),
     )
 
 

@@ -1,0 +1,224 @@
+"""The page of the kinds: precision and recall of each kind of error, or of each chain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pyqtgraph as pg
+from PySide6.QtCore import QSignalBlocker
+from PySide6.QtGui import QFontMetricsF
+from PySide6.QtWidgets import QComboBox, QStackedLayout, QWidget
+
+from inspector.language import of_core, tr, tr_as
+from inspector.session.document import Document
+from inspector.tuning.cost_plot import PercentAxis
+from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
+from inspector.widgets.axes import Axis
+from inspector.widgets.building import hbox, hint, vbox
+from inspector.widgets.canvas import Canvas
+from inspector.widgets.labels import Caption, capitalised, inked, plain_text
+from inspector.widgets.theme import Colours, Theme, figures_font
+from twistcore.tuning.verdict_counts import VerdictCount, count_by
+
+_NOTHING = tr(
+    "Nothing has been decided yet. Accept (A) or reject (R) intervals of any kind; this page then "
+    "shows how many of each kind are errors, and how many errors were missed."
+)
+_BAR, _APART = 0.5, 0.17  # thickness of a bar, and distance of recall from the middle of a row
+_AXIS_HEIGHT = 18
+_BESIDE_NAMES = 14.0  # pixels
+_FEWEST = 8  # rows for which there is always room, so that no bar is thick
+_ROOM = 66.0  # per cent to the right of 100 %, for the numbers
+
+
+class _NamedRows(Axis):
+    """A vertical axis with a name at each row, the first row at the top."""
+
+    names: tuple[str, ...] = ()
+
+    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
+        """Return the positions of the rows."""
+        return [(1.0, [float(-k) for k in range(len(self.names))])]
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Return the names of the rows."""
+        return [self.names[round(-value)] for value in values]
+
+
+class KindBars(Canvas):
+    """A bar for the precision of each group of verdicts, with its 90 % confidence interval.
+
+    A diamond marks the recall.
+    """
+
+    def __init__(self, colours: Colours) -> None:
+        self._rows = _NamedRows("left")
+        super().__init__({"left": self._rows, "bottom": PercentAxis("bottom")})
+        self.set_type(figures_font(8.0))
+        self.axes["bottom"].setHeight(_AXIS_HEIGHT)
+        self.bars = pg.BarGraphItem(x0=[], x1=[], y=[], height=_BAR)
+        self.between = pg.PlotCurveItem(connect="pairs")
+        self.recall = pg.ScatterPlotItem(symbol="d", size=9)
+        self._texts: list[pg.TextItem] = []
+        self._theme = colours.theme
+        for item in (self.bars, self.between, self.recall):
+            self.addItem(item)
+        self.view.setXRange(0.0, 100.0 + _ROOM, padding=0.0)
+        self.setMinimumHeight(80)
+        colours.follow(self._colour)
+
+    def _colour(self, theme: Theme) -> None:
+        self._theme = theme
+        self.colour_background(theme)
+        self.bars.setOpts(brush=pg.mkBrush(theme.accepted), pen=pg.mkPen(None))
+        self.between.setPen(pg.mkPen(theme.text, width=1.4))
+        self.recall.setBrush(pg.mkBrush(theme.after))
+        self.recall.setPen(pg.mkPen(theme.surface, width=1.0))
+        for text in self._texts:
+            text.setColor(theme.soft)
+        self.touch()
+
+    def show_counts(self, counts: Mapping[str, VerdictCount]) -> None:
+        """Show the verdicts of each group, keyed by its name."""
+        self._rows.names = tuple(counts)
+        metrics = QFontMetricsF(figures_font(8.0))
+        widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
+        self._rows.setWidth(widest + _BESIDE_NAMES)
+        self._rows.picture = None
+        every = list(counts.values())
+        rows = -np.arange(len(every), dtype=np.float64)
+        share, low, high = _percent([count.score.precision for count in every])
+        self.bars.setOpts(x0=np.zeros(len(every)), x1=np.nan_to_num(share), y=rows, height=_BAR)
+        judged = np.isfinite(share)
+        self.between.setData(
+            np.stack([low, high], axis=1)[judged].ravel(), np.repeat(rows[judged], 2)
+        )
+        recall = _percent([count.score.recall for count in every])[0]
+        known = np.isfinite(recall)
+        self.recall.setData(recall[known], rows[known] - _APART)
+        for text in self._texts:
+            self.view.removeItem(text)
+        self._texts = [self._numbers(row, count) for row, count in zip(rows, every, strict=True)]
+        self.view.setYRange(0.6 - max(len(every), _FEWEST), 0.6, padding=0.0)
+        self.touch()
+
+    def _numbers(self, row: float, count: VerdictCount) -> pg.TextItem:
+        text = pg.TextItem(numbers_of(count), color=self._theme.soft, anchor=(0.0, 0.5))
+        text.setFont(figures_font(8.0))
+        text.setPos(103.0, row)
+        self.addItem(text)
+        return text
+
+
+class KindsPage(QWidget):
+    """The page that shows how reliable the findings of each kind or chain are."""
+
+    def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
+        super().__init__()
+        self._document, self._evidence, self._colours = document, evidence, colours
+        self._build()
+        colours.changed.connect(self.refresh)
+        evidence.changed.connect(self.refresh)
+
+    def _build(self) -> None:
+        self.hint = hint(_NOTHING)
+        self._pages = QStackedLayout(self)
+        self._pages.addWidget(self.hint)
+        content = QWidget()
+        self._pages.addWidget(content)
+        self.scopes, self.groups = QComboBox(), QComboBox()
+        self.scopes.setAccessibleName(tr("Verdicts of"))
+        self.groups.setAccessibleName(tr("Rows"))
+        self.groups.addItem(tr("By kind"))
+        self.groups.addItem(tr("By chain"))
+        for box in (self.scopes, self.groups):
+            box.currentIndexChanged.connect(self._show_scope)
+        self.plot = KindBars(self._colours)
+        self.plot.setAccessibleName(tr("Precision and recall of each row"))
+        self.legend = Caption()
+        head = hbox(self.scopes, self.groups, None, spacing=4)
+        vbox(head, self.legend, (self.plot, 1), owner=content, margins=(0, 4, 0, 0), spacing=2)
+
+    def refresh(self) -> None:
+        """Update the page after a change of the verdicts."""
+        data, scopes = self._document.data, [scope.name for scope in self._all]
+        verdicts = (v for scope in self._all for clip in scope.clips for v in clip.of_kinds)
+        any_verdict = any(verdict.error is not None for verdict in verdicts)
+        self._pages.setCurrentIndex(int(any_verdict and data is not None))
+        if not any_verdict or data is None:
+            self.hint.setText(self._evidence.trouble or _NOTHING)
+            return
+        if [self.scopes.itemText(k) for k in range(self.scopes.count())] != scopes:
+            chosen = self.scopes.currentText() or CLIP
+            with QSignalBlocker(self.scopes):
+                self.scopes.clear()
+                self.scopes.addItems(scopes)
+                self.scopes.setCurrentIndex(max(self.scopes.findText(chosen), 0))
+        self._show_scope()
+
+    @property
+    def _all(self) -> tuple[Scope, ...]:
+        present = self._evidence.present
+        return tuple(s for s in present.scopes if not s.chain) if present else ()
+
+    def _show_scope(self) -> None:
+        counts = self.counts()
+        self.plot.show_counts(counts)
+        theme = self._colours.theme
+        parts = (
+            inked(tr("▬ precision, with its 90 % range"), theme.accepted),
+            inked(tr("◆ recall"), theme.after),
+            inked(tr("✓ errors  ✗ false alarms  + missed  ? undecided"), theme.soft),
+        )
+        self.legend.set_text(" &nbsp; ".join(parts))
+        rows = (f"{name}: {_shares(count)}, {numbers_of(count)}" for name, count in counts.items())
+        self.plot.setAccessibleDescription("\n".join((plain_text(self.legend.text()), *rows)))
+
+    def counts(self) -> dict[str, VerdictCount]:
+        """Return the verdicts of the chosen scope, keyed by the names of the rows."""
+        name = self.scopes.currentText()
+        scope = next((s for s in self._all if s.name == name), None)
+        if scope is None:
+            return {}
+        verdicts = [v for clip in scope.clips for v in clip.of_kinds]
+        if self.groups.currentIndex():
+            by_chain = count_by(verdicts, lambda v: v.chain)
+            return {self._label(chain): count for chain, count in sorted(by_chain.items())}
+        by_kind = count_by(verdicts, lambda v: v.kind)
+        ordered = sorted(by_kind.items(), key=lambda item: item[0].info.place)
+        return {capitalised(of_core(kind.info.label)): count for kind, count in ordered}
+
+    def _label(self, chain: str) -> str:
+        try:
+            return of_core(self._document.find_chain(chain).list_label)
+        except KeyError:  # a chain of another clip
+            return chain
+
+
+def numbers_of(count: VerdictCount) -> str:
+    """Return the numbers of errors, false alarms, missed errors and undecided intervals."""
+    score = count.score
+    parts = [f"✓ {score.found}", f"✗ {score.alarms}"]
+    if missed := score.errors - score.found:
+        parts.append(f"+ {missed}")
+    if count.undecided:
+        parts.append(f"? {count.undecided}")
+    return "  ".join(parts)
+
+
+def _shares(count: VerdictCount) -> str:
+    precision, recall = count.score.precision[0], count.score.recall[0]
+    return tr(
+        "precision {precision}, recall {recall}", precision=_text(precision), recall=_text(recall)
+    )
+
+
+def _text(share: float) -> str:
+    return tr_as("share", "unknown") if math.isnan(share) else f"{100.0 * share:.0f} %"
+
+
+def _percent(shares: list[tuple[float, float, float]]) -> np.ndarray:
+    """Return shares with their limits in per cent, shape (3, n)."""
+    return 100.0 * np.array(shares, dtype=np.float64).reshape(-1, 3).T
