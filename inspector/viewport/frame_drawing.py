@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -32,6 +33,7 @@ from twistcore.skeleton.rotation import Array, normalise
 
 _SHORT = 0.01  # of the longest bone; a shorter one cannot be seen
 _FIN = 0.4  # distance of a fin from the bone, in radii of the fan
+_THINNED = 3  # of so many points of an error, one is checked for bones before it
 _ALONG = np.linspace(0.0, 1.0, 12)[:, None]
 
 
@@ -82,7 +84,7 @@ class AngleSign:
     bone: Array
     turn: Turn | None
 
-    @property
+    @cached_property
     def points(self) -> Array:
         """Points on the wrong bone, its fan, and its captured and corrected fin, (n, 3)."""
         start, stop = self.bone
@@ -109,7 +111,7 @@ class FrameDrawing:
         self.left: Pose | None = None  # the pose that was drawn in the left image
         self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all images
         self._drawn_offsets: tuple[object, ...] = ()
-        self._drawn_turn: Turn | None = None
+        self.sign: AngleSign | None = None  # of the drawn frame
 
     def draw(self, scene: Scene, camera: OrbitCamera, goal: OrbitCamera) -> None:
         """Draw everything as seen from the camera. The caller repaints.
@@ -121,7 +123,8 @@ class FrameDrawing:
         scene.set_style(looks.style)
         if (scene.trails is not None) != looks.trails:
             scene.set_trails(looks.trails)
-        self._drawn_turn = turn = self.turn(scene)
+        turn = self.turn(scene)
+        self.sign = self._angle_to_show(scene, turn)
         self.left = pose = self.pose(scene, Show.BEFORE if scene.split else None)
         faint = self._covering_bones(scene, pose, goal)
         if faint is not None:
@@ -205,7 +208,7 @@ class FrameDrawing:
             text += trails_text(scene.trails.apart / scene.height)
         return text
 
-    def angle_to_show(self, scene: Scene) -> AngleSign | None:
+    def _angle_to_show(self, scene: Scene, turn: Turn | None) -> AngleSign | None:
         """Return the offset to write into the image of the frame, or None for no offset."""
         document, chain = self._document, pictured_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
@@ -217,23 +220,21 @@ class FrameDrawing:
         if abs(degrees) < LEAST_ANGLE:
             return None
         _, positions = document.pose(document.frame, after=False)
-        turn = None if fault else self._drawn_turn
         bone = positions[[chain.parent, chain.child]]
-        return AngleSign(degrees, bone, turn)
+        return AngleSign(degrees, bone, None if fault else turn)
 
     def _covering_bones(
         self, scene: Scene, pose: Pose, camera: OrbitCamera
     ) -> NDArray[np.bool_] | None:
         """Return a mask of the bodies in front of the error, (bodies,), or None for none."""
-        sign = self.angle_to_show(scene)
-        if sign is None:
+        if self.sign is None:
             return None
-        points = sign.points
-        ends = scene.rods.ends(pose.rotations, pose.positions)[:, 1]
+        points = self.sign.points[::_THINNED]
+        ends = scene.rods.ends(pose.rotations, pose.positions)
         own = np.zeros(len(ends), dtype=bool)
         own[: len(pose.roles)] = pose.roles != Role.PLAIN
         towards = normalise(camera.position - points.mean(axis=0))
-        return covering(scene.bodies, ends, pose.positions, own, scene.height, points, towards)
+        return covering(ends, scene.rods.width, own, scene.height, points, towards)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the person with the selected chain, or of the first person."""

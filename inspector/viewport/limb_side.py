@@ -27,7 +27,7 @@ from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone that should be visible
 _ROOM = 1.2  # around a circle, which is large
-_OUTER = 0.6, 1.0  # of the fan, in radii
+_OUTER = 0.9  # of the fan, in radii
 _FIN = 0.06  # distance from the bone to the tip of its fin, in figure heights
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
 _NEXT = 0.4  # share of the neighbours of a bone in the image
@@ -148,8 +148,7 @@ def _fan(circle: Circle, after: Array) -> Array:
     goal = normalise(after - (after @ circle.axis) * circle.axis)
     first = normalise(circle.aside)
     turn = float(np.arctan2(np.cross(first, goal) @ circle.axis, first @ goal))
-    rim = circle.at(np.linspace(0.0, turn, 4))
-    return np.vstack([circle.centre + share * (rim - circle.centre) for share in _OUTER])
+    return circle.centre + _OUTER * (circle.at(np.linspace(0.0, turn, 3)) - circle.centre)
 
 
 def _first_moved(

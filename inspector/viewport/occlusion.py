@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from inspector.viewport.bodies import BoneSegment
 from twistcore.skeleton.rotation import Array
 
-_THICK = 0.028  # smallest radius of a bone that may hide others, in figure heights
-_BODY = 0.035  # smallest radius of a head or chest, which also hides bones inside it
+_THICK = 0.036  # smallest radius of a bone that may hide others, in figure heights
+_THIN = 0.032  # and that may be drawn as translucent
+_CLEAR = 0.8  # share of that radius that covers; near the border, parts remain visible
+_BODY = 0.030  # smallest radius of a head or chest, which also hides bones inside it
 _FEW = 0.06  # hidden share of points that does not matter
-_LITTLE = 0.015  # and by a single bone
-_CLEAR = 0.8  # share of that radius that hides; near the border, parts remain visible
+_LITTLE = 0.02  # and by a single bone
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +37,10 @@ class Occluders:
         """
         if not len(points):
             return np.zeros(len(directions))
-        found: Array = self._hides(points, directions, self.radius).any(axis=2).mean(axis=1)
+        found: Array = self.hides(points, directions, self.radius).any(axis=2).mean(axis=1)
         return found
 
-    def _hides(self, points: Array, directions: Array, behind: Array) -> NDArray[np.bool_]:
+    def hides(self, points: Array, directions: Array, behind: Array) -> NDArray[np.bool_]:
         """Return which rod hides which point from each direction, (d, n, B).
 
         A hidden point is farther from the viewer than the rod's line by `behind`, (B,).
@@ -58,7 +59,7 @@ class Occluders:
         steps = along[:, :, None]
         share = np.clip((ahead[0] * steps[0] + ahead[1] * steps[1]) / length[:, None], 0.0, 1.0)
         x, y, depth = (ahead[k] - share * steps[k] for k in range(3))
-        near = x**2 + y**2 < (_CLEAR * self.radius) ** 2
+        near = x**2 + y**2 < self.radius**2
         hides: NDArray[np.bool_] = near & (-depth > behind)
         return hides
 
@@ -86,9 +87,8 @@ def occluders(
 
 
 def covering(
-    bones: Sequence[BoneSegment],
     ends: Array,
-    positions: Array,
+    widths: Array,
     own: NDArray[np.bool_],
     height: float,
     points: Array,
@@ -96,12 +96,14 @@ def covering(
 ) -> NDArray[np.bool_] | None:
     """Return a mask (bones,) of the bones that cover points (n, 3), or None if they cover few.
 
-    `own` is a mask of the bones that never count, (bones,). `direction` is the unit vector (3,)
-    towards the viewer. The other arguments are those of `occluders`.
+    - ends, widths: the ends (bones, 2, 3) and half widths (bones,) of the bones
+    - own: mask of the bones that never count, (bones,)
+    - height: the height of the figure
+    - direction: the unit vector (3,) towards the viewer
     """
-    rods = occluders(bones, ends, positions, (), height)
-    inside = rods.radius > _BODY * height
+    rods = Occluders(ends[:, 0], ends[:, 1], _CLEAR * np.maximum(widths, _THIN * height))
+    inside = widths > _BODY * height
     behind = np.where(inside, -rods.radius, rods.radius)
-    hides = rods._hides(points, direction[None], behind)[0] & ~own
+    hides = rods.hides(points, direction[None], behind)[0] & ~own
     found: NDArray[np.bool_] = hides.mean(axis=0) > _LITTLE
     return found if hides.any(axis=1).mean() > _FEW and found.any() else None

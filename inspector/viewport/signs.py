@@ -17,9 +17,10 @@ from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import miniature, miniature_size
 from twistcore.skeleton.rotation import Array
 
-_GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
-_BESIDE = 14.0  # pixels from a limb to the letter of its side
-_FAR_AWAY = 120.0  # pixels to something that a letter avoids
+_GIRTH = 0.030  # half the width of a limb with a margin, in figure heights
+_BESIDE = 12.0  # pixels from a limb to the letter of its side
+_ENOUGH = 30.0  # pixels from the fan to a letter
+_MARKED = 60  # weight of the marks at the ends of the fan, as of so many bones
 _HEAVY = 4  # the fan and the fins weigh as much as so many bones
 _FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
 _BEHIND = 0.06  # a point so far behind a bone is not its own, in figure heights
@@ -36,13 +37,16 @@ def show_signs(
     size: tuple[int, int],
 ) -> None:
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
-    sign, pose = drawing.angle_to_show(scene), drawing.left
+    sign, pose = drawing.sign, drawing.left
     turn = None if sign is None else sign.turn
     crowding = Crowding(*size)
     if pose is not None:
         _add_body(crowding, scene, pose, camera, size)
     if sign is not None:
         crowding.add(camera.project(sign.points, *size)[0], _HEAVY)
+    if turn is not None:
+        marks = np.stack([turn.circle.centre + turn.circle.aside, turn.after])
+        crowding.add(camera.project(marks, *size)[0], _MARKED)
     hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
     clocked = overlays.show_clock(hands, clock_size(size), crowding)
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
@@ -123,10 +127,11 @@ def _letters(
         chosen = number == len(joints) - 1
         if not chosen and _is_hidden(pose.positions[joints[side]], scene, pose, camera, size):
             continue
-        others = np.vstack([np.delete(pixels, number, axis=0), spoke if chosen else spoke[:0]])
         beside = at + (thick / far + _BESIDE) * np.array([[1.0, 0.0], [-1.0, 0.0]])
-        away = np.linalg.norm(beside[:, None] - others, axis=-1)
-        places[side] = beside[int(np.argmax(np.minimum(away, _FAR_AWAY).sum(axis=1)))]
+        clear = np.linalg.norm(beside[:, None] - np.delete(pixels, number, axis=0), axis=-1)
+        near = np.linalg.norm(beside[:, None] - (spoke if chosen else spoke[:0]), axis=-1)
+        score = clear.sum(axis=1) + np.minimum(near, _ENOUGH).sum(axis=1)
+        places[side] = beside[int(np.argmax(score))]
     return places
 
 
