@@ -131,7 +131,9 @@ class FrameDrawing:
             self.left = pose = replace(pose, faint=faint)
         if scene.split:
             pose = replace(self.pose(scene, Show.AFTER), faint=pose.faint)
-        scene.draw(self.left, pose)
+            scene.draw(self.left, pose)
+        else:
+            scene.draw(pose)
         self.roles = frozenset(np.unique((self.left.roles, pose.roles)).tolist())
         seen = self.guest is None and not scene.split and document.show == Show.BOTH
         scene.draw_companion(self._tracked_pose() if seen else None, pose)
