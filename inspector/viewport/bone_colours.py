@@ -18,6 +18,7 @@ _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45, 0.82])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52, 0.75])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45, 0.6])
 GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0, 60.0)  # alpha of the ghost's PARTS
+_BRIGHT = 0.40  # share of white in the edge of a coloured fin, which may be in the shade
 _SUGGESTED = 0.35  # share of the colour of after in a suggestion
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, which differ in lightness
 
@@ -57,7 +58,7 @@ def palette(theme: Theme) -> Floats:
     if theme.dark:
         out[:, JOINT] = mix(theme.bone, theme.surface, 0.28)
     for role in (Role.BEFORE, Role.AFTER):
-        out[role, FIN] = rgb(by_role[role])
+        out[role, FIN] = shaded(rgb(by_role[role]), np.array(_BRIGHT))
     accent = out[Role.CHOSEN]
     accent[FRONT] = mix(theme.bone, theme.accent, 0.40)
     accent[SIDE] = mix(theme.bone, theme.accent, 0.55)

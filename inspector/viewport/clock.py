@@ -32,6 +32,9 @@ from twistcore.skeleton.rotation import Array
 _SHARE, _BOUNDS = 0.27, (64, 134)  # share of an image's width; pixels
 _STEPS = 40  # of the arc
 _FACE = 0.44  # radius of the face, in widths of the widget
+_SMALL = math.cos(math.radians(32.0))  # cosine of the largest small turn
+# Of a small turn: the length of the hands, and how far from the middle they and the degrees are.
+_LONG, _BACK, _ASIDE = 0.82, 0.38, 0.10
 _HUB = 0.26  # radius of the limb, in radii of the face
 _ARC = 0.80  # radius of the arc
 _GAP = 3.0  # pixels from the limb to the degrees
@@ -56,6 +59,17 @@ class Hands:
         """The degrees that a turn of the last hand by one degree, clockwise in the image, adds."""
         x, y = self.way[0], self.way[1]
         return math.copysign(1.0, self.degrees * float(x[0] * y[1] - x[1] * y[0]))
+
+    @property
+    def middle(self) -> Array:
+        """The unit vector (2,) to the middle of the arc."""
+        found: Array = self.way[len(self.way) // 2]
+        return found
+
+    @property
+    def small(self) -> bool:
+        """True for a small turn, which is drawn with longer hands."""
+        return bool(self.way[0] @ self.way[-1] > _SMALL)
 
     def look_like(self, other: Hands) -> bool:
         """True if the two drawings would look the same."""
@@ -134,8 +148,15 @@ class Clock(QWidget):
         """End the drag, because a hidden widget gets no release of the mouse."""
         self._grasp = None
 
+    def _hub(self) -> QPointF:
+        """Return the point about which the hands turn."""
+        middle = QRectF(self.rect()).center()
+        if self.hands is None or not self.hands.small:
+            return middle
+        return middle - QPointF(*(_BACK * self.width() * self.hands.middle).tolist())
+
     def _degrees_at(self, position: QPointF) -> float:
-        arm = position - QRectF(self.rect()).center()
+        arm = position - self._hub()
         return math.degrees(math.atan2(arm.y(), arm.x()))  # clockwise, since y points down
 
     def colour(self, theme: Theme) -> None:
@@ -160,8 +181,8 @@ class Clock(QWidget):
         painter.setPen(QColor(theme.line))
         painter.setBrush(QColor(theme.raised))
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners take 2 ms
-        middle = QRectF(self.rect()).center()
-        radius = _FACE * self.width()
+        middle = self._hub()
+        radius = (_LONG if self.hands.small else _FACE) * self.width()
         way = [middle + QPointF(*(radius * arm).tolist()) for arm in self.hands.way]
         before, after = QColor(theme.before), QColor(theme.after)
         swept = QColor(before)
@@ -178,8 +199,9 @@ class Clock(QWidget):
         self._draw_arc(painter, [_nearer(p, middle, _ARC) for p in way], after)
         painter.setPen(QPen(QColor(theme.soft), 1.5))
         painter.setBrush(QColor(theme.bone))
-        painter.drawEllipse(middle, _HUB * radius, _HUB * radius)
-        self._draw_degrees(painter, middle, radius)
+        hub = _HUB * _FACE * self.width()
+        painter.drawEllipse(middle, hub, hub)
+        self._draw_degrees(painter, middle, hub)
 
     def _draw_arc(self, painter: QPainter, way: list[QPointF], ink: QColor) -> None:
         painter.setPen(QPen(ink, 2.0))
@@ -193,20 +215,24 @@ class Clock(QWidget):
             edge.setAngle(last.angle() + turn)
             painter.drawLine(edge)
 
-    def _draw_degrees(self, painter: QPainter, middle: QPointF, radius: float) -> None:
-        """Write the degrees on the side away from the arc."""
+    def _draw_degrees(self, painter: QPainter, middle: QPointF, hub: float) -> None:
+        """Write the degrees on the side away from the arc or, for a small turn, next to it."""
         assert self.hands is not None
-        away = self.hands.way[len(self.hands.way) // 2]
+        away = self.hands.middle
         text, font = f"{abs(self.hands.degrees):.0f}°", QFont(self.font())
         font.setBold(True)
         font.setPixelSize(max(12, round(0.15 * self.width())))
         painter.setFont(font)
         painter.setPen(QColor(self._theme.before))
         box = QRectF(painter.fontMetrics().boundingRect(text))
-        reach = _HUB * radius + _GAP + 0.5 * float(np.abs(away) @ box.size().toTuple())
+        if self.hands.small:
+            middle, away = QRectF(self.rect()).center(), np.array([-away[1], away[0]])
+            hub = _ASIDE * self.width()
+        reach = hub + _GAP + 0.5 * float(np.abs(away) @ box.size().toTuple())
         box.moveCenter(middle - QPointF(*(reach * away).tolist()))
         room = QRectF(self.rect()).adjusted(_GAP, _GAP, -_GAP, -_GAP)
         box.moveLeft(min(max(box.left(), room.left()), room.right() - box.width()))
+        box.moveTop(min(max(box.top(), room.top()), room.bottom() - box.height()))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 

@@ -18,6 +18,7 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _STILL = 0.01  # of the figure's height; joints that move less are in place
 _LOOSE = 0.06  # a fin whose bone moves farther would float in the air
+_NEARER = 0.5  # the line's share of its distance from the camera: it looks the same, but in front
 _JOINTS, _FINS = 4, 2
 
 
@@ -43,11 +44,16 @@ class CorrectedOutline:
         self.fins.paint(np.where(edge, rgb(theme.after), dark).astype(np.uint8))
 
     def draw(
-        self, chain: Chain | None, before: tuple[Array, Array], after: tuple[Array, Array]
+        self,
+        chain: Chain | None,
+        before: tuple[Array, Array],
+        after: tuple[Array, Array],
+        viewer: Array,
     ) -> None:
         """Draw the correction of a chain or limb. For None, draw nothing.
 
         `before` and `after` have the global rotations (joints, 4) and positions (joints, 3).
+        `viewer` is the position of the camera, (3,). No body hides the line from there.
         """
         joints = [] if chain is None else self._joints(chain)
         moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1)
@@ -60,10 +66,12 @@ class CorrectedOutline:
             points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces without an area
             points[: fins[..., 0].size] = fins.reshape(-1, 3)
             self.fins.move(points)
-        shifted = bool((moved > _STILL * self._height).any())
-        self.line.show(shifted)
-        if shifted:
-            self.line.move(after[1][joints])
+        shifted = np.flatnonzero(moved > _STILL * self._height)
+        self.line.show(bool(shifted.size))
+        if shifted.size:  # only the bones with a joint that moves
+            shown = np.clip(np.arange(len(joints)), shifted[0] - 1, shifted[-1] + 1)
+            places = after[1][joints][shown]
+            self.line.move(viewer + _NEARER * (places - viewer))
 
     def _joints(self, chain: Chain) -> list[int]:
         """Return the three joints of a chain or limb, and the end of the longest bone below it."""

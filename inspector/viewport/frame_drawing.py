@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -19,6 +20,7 @@ from inspector.viewport.legend import frame_legend, trails_text
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.limb_turn import LEAST_ANGLE, Turn, turn_of
 from inspector.viewport.mesh_actor import Index
+from inspector.viewport.occlusion import covering
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.theme import Theme
@@ -27,7 +29,12 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, normalise
+
+_SHORT = 0.01  # of the longest bone; a shorter one cannot be seen
+_FIN = 0.4  # distance of a fin from the bone, in radii of the fan
+_THINNED = 3  # of so many points of an error, one is checked for bones before it
+_ALONG = np.linspace(0.0, 1.0, 12)[:, None]
 
 
 class Guest(Protocol):
@@ -77,6 +84,18 @@ class AngleSign:
     bone: Array
     turn: Turn | None
 
+    @cached_property
+    def points(self) -> Array:
+        """Points on the wrong bone, its fan, and its captured and corrected fin, (n, 3)."""
+        start, stop = self.bone
+        points = [start + _ALONG * (stop - start)]
+        if self.turn is not None:
+            circle = self.turn.circle
+            fins = (circle.aside, self.turn.after - circle.centre)
+            points += [points[0] + _FIN * fin for fin in fins]
+            points.append(self.turn.fan)
+        return np.vstack(points)
+
 
 class FrameDrawing:
     """Draws the document's frame, with the third figure or the guest, if any.
@@ -92,27 +111,35 @@ class FrameDrawing:
         self.left: Pose | None = None  # the pose that was drawn in the left image
         self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all images
         self._drawn_offsets: tuple[object, ...] = ()
-        self._drawn_turn: Turn | None = None
+        self.sign: AngleSign | None = None  # of the drawn frame
 
-    def draw(self, scene: Scene, camera: OrbitCamera) -> None:
-        """Draw everything as seen from the camera. The caller repaints."""
+    def draw(self, scene: Scene, camera: OrbitCamera, goal: OrbitCamera) -> None:
+        """Draw everything as seen from the camera. The caller repaints.
+
+        Bones that cover the error as seen from `goal`, to which the camera turns, are faint.
+        """
         document, looks = self._document, self.looks
         self._drawn_offsets = self._offsets()
         scene.set_style(looks.style)
         if (scene.trails is not None) != looks.trails:
             scene.set_trails(looks.trails)
+        turn = self.turn(scene)
+        self.sign = self._angle_to_show(scene, turn)
+        self.left = pose = self.pose(scene, Show.BEFORE if scene.split else None)
+        faint = self._covering_bones(scene, pose, goal)
+        if faint is not None:
+            self.left = pose = replace(pose, faint=faint)
         if scene.split:
-            self.left, pose = self.pose(scene, Show.BEFORE), self.pose(scene, Show.AFTER)
+            pose = replace(self.pose(scene, Show.AFTER), faint=pose.faint)
             scene.draw(self.left, pose)
         else:
-            self.left = pose = self.pose(scene)
             scene.draw(pose)
         self.roles = frozenset(np.unique((self.left.roles, pose.roles)).tolist())
         seen = self.guest is None and not scene.split and document.show == Show.BOTH
         scene.draw_companion(self._tracked_pose() if seen else None, pose)
-        self._drawn_turn = turn = self.turn(scene)
         turned = turn is not None and bool(turn.drawn)
-        scene.draw_corrected(selected_chain(document) if turned else None, self.left, pose)
+        chain = selected_chain(document) if turned else None
+        scene.draw_corrected(chain, self.left, pose, camera)
         # Axes would be inside the fan.
         triads = looks.triads and self.guest is None and not turned
         scene.draw_triads(pose, _ends(pictured_chain(document)) if triads else ())
@@ -154,6 +181,8 @@ class FrameDrawing:
         if (turned & (roles == Role.CHOSEN)).any():  # colour the selected limb, and nothing else
             turned &= roles == Role.CHOSEN
             roles[:] = Role.PLAIN
+        elif fault_at(document) is not None:  # wrong in all images
+            roles[roles == Role.CHOSEN] = Role.BEFORE
         roles[turned] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
         if show != Show.BEFORE:
             roles[turned & suggested_bones(document, scene)] = Role.SUGGESTED
@@ -181,7 +210,7 @@ class FrameDrawing:
             text += trails_text(scene.trails.apart / scene.height)
         return text
 
-    def angle_to_show(self, scene: Scene) -> AngleSign | None:
+    def _angle_to_show(self, scene: Scene, turn: Turn | None) -> AngleSign | None:
         """Return the offset to write into the image of the frame, or None for no offset."""
         document, chain = self._document, pictured_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
@@ -193,9 +222,21 @@ class FrameDrawing:
         if abs(degrees) < LEAST_ANGLE:
             return None
         _, positions = document.pose(document.frame, after=False)
-        turn = None if fault else self._drawn_turn
         bone = positions[[chain.parent, chain.child]]
-        return AngleSign(degrees, bone, turn)
+        return AngleSign(degrees, bone, None if fault else turn)
+
+    def _covering_bones(
+        self, scene: Scene, pose: Pose, camera: OrbitCamera
+    ) -> NDArray[np.bool_] | None:
+        """Return a mask of the bodies in front of the error, (bodies,), or None for none."""
+        if self.sign is None:
+            return None
+        points = self.sign.points[::_THINNED]
+        ends = scene.rods.ends(pose.rotations, pose.positions)
+        own = np.zeros(len(ends), dtype=bool)
+        own[: len(pose.roles)] = pose.roles != Role.PLAIN
+        towards = normalise(camera.position - points.mean(axis=0))
+        return covering(ends, scene.rods.width, own, scene.height, points, towards)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the person with the selected chain, or of the first person."""
@@ -242,7 +283,8 @@ def selected_chain(document: Document) -> Chain | None:
 def pictured_chain(document: Document) -> Chain | None:
     """Return the selected chain, or the bone of the joint in the selected interval.
 
-    The bone is returned if this joint is not part of the chain, for example in the spine.
+    The bone is returned if this joint is not part of the chain, for example in the spine. A joint
+    without a bone below it has the bone above it.
     """
     chain, judged = selected_chain(document), document.interval
     if chain is None or judged is None or document.data is None:
@@ -256,10 +298,13 @@ def pictured_chain(document: Document) -> Chain | None:
         own |= set(joint_path(skeleton, chain.parent, chain.end))
     if joint in own:
         return chain
-    children = skeleton.children[joint]
+    lengths = np.linalg.norm(skeleton.offsets, axis=1)
+    children = [j for j in skeleton.children[joint] if lengths[j] > _SHORT * lengths.max()]
     towards = set(joint_path(skeleton, -1, chain.parent)) & set(children)
     child = next(iter([*towards, *children]), -1)
     if child < 0:
+        joint, child = int(skeleton.parents[joint]), joint
+    if joint < 0:
         return chain
     axis = skeleton.offsets[child]
     return LoneJoint(interval.joint, joint, child, -1, axis, axis, person=chain.person)
@@ -295,7 +340,7 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
-    faint = roles != Role.CHOSEN
+    faint = np.append(roles != Role.CHOSEN, np.ones(len(scene.fronts), dtype=bool))
     if altered is None:
         return Pose(before, positions, roles, faint=faint)
     rotations, moved = altered

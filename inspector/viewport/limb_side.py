@@ -26,11 +26,13 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone that should be visible
+_ROOM = 1.2  # around a circle, which is large
+_OUTER = 0.9  # of the fan, in radii
 _FIN = 0.06  # distance from the bone to the tip of its fin, in figure heights
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
-_NEXT = 0.5  # share of the neighbours of a bone in the image
+_NEXT = 0.4  # share of the neighbours of a bone in the image
 _STILL = 0.02  # of the figure's height; joints that move less are in place
-_AIR = 0.045  # margin around the limb, in figure heights
+_AIR = 0.035  # margin around the limb, in figure heights
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,17 +40,18 @@ class LimbSide:
     """A view of a limb.
 
     `direction` is the unit vector towards the camera. `points` are the points to frame, (n, 3).
+    `margin` is the size of the image relative to these points.
     """
 
     direction: Array
     points: Array
+    margin: float = 1.1
 
     def camera(
         self,
         camera: OrbitCamera,
         height: float,
         aspect: float,
-        margin: float = 1.2,
         covered: float = 0.0,
     ) -> OrbitCamera:
         """Return a camera for this view.
@@ -58,7 +61,7 @@ class LimbSide:
         """
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
-        return turned.framing(np.vstack(corners), aspect, margin=margin, covered=covered)
+        return turned.framing(np.vstack(corners), aspect, margin=self.margin, covered=covered)
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
@@ -93,18 +96,23 @@ def limb_side(
     rotations, positions = after
     limb = limb_joints(chain, positions)
     circle: Circle | None = None
+    fan = np.zeros((0, 3))
     if isinstance(chain, Helper):
         limb = np.vstack([limb, positions[int(skeleton.parents[chain.parent])]])
         circle = helper_circle(chain, skeleton, before, height)
     elif isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
-        circle = None if circle is None else circle.widened(LEAST_RADIUS * height)
+        if circle is not None:
+            circle = circle.widened(LEAST_RADIUS * height)
+            fan = _fan(circle, positions[chain.child] - circle.centre)
     middle = positions[list(body) or slice(None)].mean(axis=0)
     outward = limb.mean(axis=0) - middle
     hidden = partial(_hidden_share, chain, bones, before, after, height)
     if circle is not None:
-        direction = circle_direction(circle.axis, circle.aside, outward, facing, up, hidden)
-        return LimbSide(direction, np.vstack([limb, circle.at(_AROUND)]))
+        direction = circle_direction(
+            circle.axis, circle.aside, outward, facing, up, partial(hidden, fan)
+        )
+        return LimbSide(direction, np.vstack([limb, circle.at(_AROUND)]), _ROOM)
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
         outward = limb.mean(axis=0) - middle
@@ -117,21 +125,30 @@ def limb_side(
     bone = main_bone(chain, bones)
     if bone is None:
         return None
+    fronts = [rotate(pose[0][chain.parent], bone.normal) for pose in (before, after)]
+    circle = bone_circle(before[1][[chain.parent, chain.child]], fronts[0], height)
+    if circle is not None:
+        limb = np.vstack([limb, circle.at(_AROUND)])
+        fan = _fan(circle, fronts[1])
     size = float(np.linalg.norm(outward))
     direction = roll_direction(
         normalise(rotate(rotations[chain.parent], bone.tip)),
-        rotate(rotations[chain.parent], bone.normal),
-        rotate(before[0][chain.parent], bone.normal),
+        fronts[1],
+        fronts[0],
         outward / size if size > 0.0 else outward,
         facing,
         up,
-        hidden,
+        partial(hidden, fan),
     )
-    front = rotate(before[0][chain.parent], bone.normal)
-    circle = bone_circle(before[1][[chain.parent, chain.child]], front, height)
-    if circle is not None:
-        limb = np.vstack([limb, circle.at(_AROUND)])
     return LimbSide(direction, limb)
+
+
+def _fan(circle: Circle, after: Array) -> Array:
+    """Return points on the fan from a circle's mark to its corrected direction (3,), (n, 3)."""
+    goal = normalise(after - (after @ circle.axis) * circle.axis)
+    first = normalise(circle.aside)
+    turn = float(np.arctan2(np.cross(first, goal) @ circle.axis, first @ goal))
+    return circle.centre + _OUTER * (circle.at(np.linspace(0.0, turn, 3)) - circle.centre)
 
 
 def _first_moved(
@@ -164,9 +181,13 @@ def _hidden_share(
     before: tuple[Array, Array],
     after: tuple[Array, Array],
     height: float,
+    fan: Array,
     directions: Array,
 ) -> Array:
-    """Return the hidden share of a limb, the larger one of before and after, (directions,)."""
+    """Return the hidden share of a limb and its fan (n, 3), the largest one, (directions,).
+
+    The limb is checked before and after correction. It may also hide its own fan.
+    """
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
     if isinstance(chain, Limb):
@@ -179,18 +200,19 @@ def _hidden_share(
     for rotations, positions in poses:
         ends = positions[parents] + rotate(rotations[parents], tips)
         rods = occluders(bones, ends, positions, own, height)
+        limb = [k for k, b in enumerate(bones) if (b.parent, b.child) in own[bone is not None :]]
+        rod = occluders([bones[k] for k in limb], ends[limb], positions, (), height)
         places = np.array(_ON_BONE)[:, None]
         points = np.vstack(
             [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
         )
-        if bone is not None:  # its fins, before and after, may also be behind the bone below
+        marks = fan
+        if bone is not None:  # the bone and its fins may also be behind the bone below
             turns = np.stack([before[0][chain.parent], after[0][chain.parent]])
             fins = points[: len(places)] + _FIN * height * rotate(turns, bone.normal)[:, None]
-            fins = fins.reshape(-1, 3)
-            points = np.vstack([points, fins])
-            below = [k for k, b in enumerate(bones) if (b.parent, b.child) in own[1:]]
-            rod = occluders([bones[k] for k in below], ends[below], positions, (), height)
-            shares.append(rod.hidden_share(fins, directions))
+            marks = np.vstack([points[: len(places) - 1], fins.reshape(-1, 3), fan])
+        shares.append(rod.hidden_share(marks, directions))
+        points = np.vstack([points, marks])
         shares.append(rods.hidden_share(points, directions))
     most: Array = np.max(shares, axis=0)
     return most

@@ -51,6 +51,7 @@ class Overlays:
         self.whole = WholeFigure(view)
         self.clock = Clock(view)
         self._split = False
+        self._wrong = False  # the letters of sides are at an error
 
     def colour(self, theme: Theme, points: float) -> None:
         """Apply the theme's colours. `points` is the font size of the legend."""
@@ -65,14 +66,20 @@ class Overlays:
             f"padding: 1px 5px; font-weight: bold; font-size: {1.3 * points:.1f}pt;"
         )
         self.divider.setStyleSheet(f"background: {theme.line}")
-        for label in self.sides.values():
-            label.setStyleSheet(
-                f"background: {theme.text}; color: {theme.raised}; border-radius: 3px;"
-                f"padding: 0px 4px; font-weight: bold; font-size: {points:.1f}pt;"
-            )
+        self._theme, self._points = theme, points
+        self._colour_sides()
         self.whole.colour(theme)
         self.clock.colour(theme)
         self.scale.colour(theme)
+
+    def _colour_sides(self) -> None:
+        theme = self._theme
+        paper = theme.before if self._wrong else theme.text
+        for label in self.sides.values():
+            label.setStyleSheet(
+                f"background: {paper}; color: {theme.raised}; border-radius: 3px;"
+                f"padding: 0px 4px; font-weight: bold; font-size: {1.2 * self._points:.1f}pt;"
+            )
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
         """Place all overlays. Those about a figure are hidden while no figure is drawn."""
@@ -115,11 +122,17 @@ class Overlays:
         self.angle.show()
         crowding.add_box(self.angle.geometry(), _SOLID)
 
-    def show_sides(self, places: Mapping[str, Array], crowding: Crowding) -> None:
-        """Show the letters of both sides in the left image, at or near the given pixels (2,).
+    def show_sides(
+        self, places: Mapping[str, Array], crowding: Crowding, *, wrong: bool = False
+    ) -> None:
+        """Show the letters of sides in the left image, at or near the given pixels (2,).
 
-        A letter that does not fit into the image is hidden.
+        A letter that does not fit into the image is hidden. `wrong` gives the letters the colour of
+        an error.
         """
+        if wrong != self._wrong:
+            self._wrong = wrong
+            self._colour_sides()
         room = self._room()
         for side, label in self.sides.items():
             at = places.get(side)

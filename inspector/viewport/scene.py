@@ -185,12 +185,13 @@ class Scene:
         if self._circle is not None:
             self._circle.draw(circle, offset, before=before, after=after, line=line)
 
-    def draw_corrected(self, chain: Chain | None, before: Pose, after: Pose) -> None:
+    def draw_corrected(
+        self, chain: Chain | None, before: Pose, after: Pose, camera: OrbitCamera
+    ) -> None:
         """If there are two images, preview a chain's correction in the left one. None hides it."""
         if self._corrected is not None:
-            self._corrected.draw(
-                chain, (before.rotations, before.positions), (after.rotations, after.positions)
-            )
+            start, stop = ((p.rotations, p.positions) for p in (before, after))
+            self._corrected.draw(chain, start, stop, camera.position)
 
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.clock import clock_size, hands_of
 from inspector.viewport.crowding import Crowding
-from inspector.viewport.frame_drawing import AngleSign, FrameDrawing
+from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.overlays import Overlays
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import miniature, miniature_size
 from twistcore.skeleton.rotation import Array
 
-_GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
-_BESIDE = 14.0  # pixels from a limb to the letter of its side
+_GIRTH = 0.030  # half the width of a limb with a margin, in figure heights
+_BESIDE = 12.0  # pixels from a limb to the letter of its side
+_ENOUGH = 30.0  # pixels from the fan to a letter
+_MARKED = 60  # weight of the marks at the ends of the fan, as of so many bones
 _HEAVY = 4  # the fan and the fins weigh as much as so many bones
 _FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
 _BEHIND = 0.06  # a point so far behind a bone is not its own, in figure heights
 _THIN = 0.02  # half the width of a bone, in figure heights
-_FIN = 0.4  # distance of a fin from the bone, in radii of the fan
 _ALONG = np.linspace(0.0, 1.0, 12)[:, None]
 _TOO_LARGE = 0.02  # share of the picture by which a figure may be outside
 
@@ -34,18 +37,21 @@ def show_signs(
     size: tuple[int, int],
 ) -> None:
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
-    sign, pose = drawing.angle_to_show(scene), drawing.left
+    sign, pose = drawing.sign, drawing.left
     turn = None if sign is None else sign.turn
     crowding = Crowding(*size)
     if pose is not None:
         _add_body(crowding, scene, pose, camera, size)
     if sign is not None:
-        crowding.add(_error_pixels(sign, camera, size), _HEAVY)
+        crowding.add(camera.project(sign.points, *size)[0], _HEAVY)
+    if turn is not None:
+        marks = np.stack([turn.circle.centre + turn.circle.aside, turn.after])
+        crowding.add(camera.project(marks, *size)[0], _MARKED)
     hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
-    shown = overlays.show_clock(hands, clock_size(size), crowding)
+    clocked = overlays.show_clock(hands, clock_size(size), crowding)
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     text, bone, wide = "", np.zeros((2, 2)), 0.0
-    if sign is not None and not shown:
+    if sign is not None and not clocked:
         bone, depth = camera.project(sign.bone, *size)
         text, wide = f"{abs(sign.degrees):.0f}°", thick / float(depth.mean())
     overlays.show_angle(text, bone, wide, crowding)
@@ -53,21 +59,14 @@ def show_signs(
         overlays.show_whole(None, miniature_size(size), crowding)
         overlays.show_sides({}, crowding)
         return
-    _show_whole(overlays, drawing, scene, pose, camera, size, crowding)
-    spoke = None if turn is None else camera.project(turn.spoke, *size)[0]
-    overlays.show_sides(_letters(drawing, scene, pose, camera, size, thick, spoke), crowding)
-
-
-def _error_pixels(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
-    """Return pixels of the wrong bone, its fan, and its captured and corrected fin, (n, 2)."""
-    start, stop = sign.bone
-    points = [start + _ALONG * (stop - start)]
-    if sign.turn is not None:
-        circle = sign.turn.circle
-        fins = (circle.aside, sign.turn.after - circle.centre)
-        points += [points[0] + _FIN * fin for fin in fins]
-        points.append(sign.turn.fan)
-    return camera.project(np.vstack(points), *size)[0]
+    sides = dict(drawing.sides())
+    if sign is not None:  # near the wrong limb, the letter of the other side would mislead
+        sides = dict([*sides.items()][-1:])
+    _show_whole(overlays, drawing, scene, pose, camera, size, crowding, sides)
+    spoke = np.zeros((0, 2)) if turn is None else camera.project(turn.spoke, *size)[0]
+    letters = _letters(drawing, scene, pose, camera, size, thick, spoke)
+    shown = {side: at for side, at in letters.items() if side in sides}
+    overlays.show_sides(shown, crowding, wrong=sign is not None)
 
 
 def _add_body(
@@ -114,24 +113,25 @@ def _letters(
     camera: OrbitCamera,
     size: tuple[int, int],
     thick: float,
-    spoke: Array | None,
+    spoke: Array,
 ) -> dict[str, Array]:
-    """Return the pixel (2,) of each side's letter, keyed by side.
+    """Return the pixel (2,) of each side's letter, keyed by side, the selected limb's last.
 
-    A letter is next to its limb, away from the fan and from the other limb. The other limb has no
+    A letter is next to its limb, away from the other limb and from the fan. The other limb has no
     letter if its joint is hidden.
     """
     joints = dict(drawing.sides())  # the selected limb is the last
-    for side, joint in [*joints.items()][:-1]:
-        if _is_hidden(pose.positions[joint], scene, pose, camera, size):
-            del joints[side]
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)
-    middle = pixels.mean(axis=0) if len(pixels) else pixels
     places = {}
-    for number, (side, at, far) in enumerate(zip(joints, pixels, depth, strict=True), start=1):
-        here = middle if spoke is None or number < len(joints) else spoke.mean(axis=0)
-        right = at[0] >= here[0]
-        places[side] = at + np.array([(1.0 if right else -1.0) * (thick / far + _BESIDE), 0.0])
+    for number, (side, at, far) in enumerate(zip(joints, pixels, depth, strict=True)):
+        chosen = number == len(joints) - 1
+        if not chosen and _is_hidden(pose.positions[joints[side]], scene, pose, camera, size):
+            continue
+        beside = at + (thick / far + _BESIDE) * np.array([[1.0, 0.0], [-1.0, 0.0]])
+        clear = np.linalg.norm(beside[:, None] - np.delete(pixels, number, axis=0), axis=-1)
+        near = np.linalg.norm(beside[:, None] - (spoke if chosen else spoke[:0]), axis=-1)
+        score = clear.sum(axis=1) + np.minimum(near, _ENOUGH).sum(axis=1)
+        places[side] = beside[int(np.argmax(score))]
     return places
 
 
@@ -143,8 +143,9 @@ def _show_whole(
     camera: OrbitCamera,
     size: tuple[int, int],
     crowding: Crowding,
+    sides: Mapping[str, int],
 ) -> None:
-    """Show the whole figure if the image shows only a part of it."""
+    """Show the whole figure, with the letters of sides, if the image shows only a part of it."""
     count = len(scene.bones)
     own = np.isin(scene.rods.parent[:count], drawing.own_joints(scene))
     ends = scene.rods.ends(pose.rotations, pose.positions)[:count]
@@ -154,5 +155,5 @@ def _show_whole(
     if ((pixels[own] > -spare) & (pixels[own] < room + spare)).all():
         overlays.show_whole(None, small, crowding)
         return
-    drawn = miniature(scene, pose, ends, own, drawing.sides(), camera, small)
+    drawn = miniature(scene, pose, ends, own, sides, camera, small)
     overlays.show_whole(drawn, small, crowding)

@@ -36,7 +36,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost is slightly larger than the solid body
-_FAINT = 64  # alpha of a faint body
+_FAINT = 100  # alpha of a faint body
 SAME = np.radians(0.05)  # bones that differ by less are treated as equal
 
 
@@ -56,7 +56,7 @@ class Pose:
     - ghost: the ghost's rotations (joints, 4) and a mask of its drawn bones (bones,), or None
     - ghost_positions: the ghost's positions, (joints, 3), if they differ from the solid figure's
     - offsets: the |offset| of each bone in radians, (bones,), if it determines the colours
-    - faint: mask of the translucent bones, (bones,), if any
+    - faint: mask of the translucent bones, heads and chests, (bodies,), if any
     """
 
     rotations: Array
@@ -97,6 +97,8 @@ class Shapes:
         self.skin: Skin = build_skin(bones, worn, height, fine=fine)
         self.bodies: Soup = build_soup(bones, without=self.skin.covered, attached=attached)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
+        # The attached bodies are the last; the number of each of their vertices' bodies.
+        self._attached = np.repeat(np.arange(len(attached)), [len(a.vertices) for a in attached])
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
         self._ends = [(b.parent, b.child) for b in bones]
         # A wedge turns with its own joint; skin is also twisted by the joint below.
@@ -123,11 +125,17 @@ class Shapes:
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask (V,) of the vertices of chosen bones and of the spheres at their ends."""
-        own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
+        """Return a mask (V,) of the vertices of chosen bodies and of the spheres at their ends.
+
+        `chosen` is a mask of the bones, heads and chests, (bodies,).
+        """
+        bones, attached = np.split(chosen, [len(self._ends)])
+        own: NDArray[np.bool_] = (shape.bone >= 0) & bones[shape.bone]
         if isinstance(shape, Soup):
-            ends = {j for k in np.flatnonzero(chosen).tolist() for j in self._ends[k]}
-            own |= (shape.bone < 0) & np.isin(shape.joint, list(ends))
+            ends = {j for k in np.flatnonzero(bones).tolist() for j in self._ends[k]}
+            balls = (shape.bone < 0) & (shape.part == JOINT)
+            own |= balls & np.isin(shape.joint, list(ends))
+            own[len(own) - len(self._attached) :] = attached[self._attached]
         return own
 
 

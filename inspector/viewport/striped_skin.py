@@ -52,7 +52,7 @@ _GIRTH = {
 }
 _USUAL = (0.024, 0.020)
 _FIN = 0.10, 0.90  # where the fin begins and ends, as shares of the bone
-_FOOT, _EDGE = (0.44, 0.80), (0.34, 1.42)  # half its width, and distance from the bone, in radii
+_FOOT, _EDGE = (0.34, 0.80), (0.17, 1.65)  # half its width, and distance from the bone, in radii
 # The part of each vertex of a fin: a flank, the edge, the other flank, and both ends.
 FIN_PARTS = np.repeat([STRIPE, FIN, STRIPE, STRIPE, STRIPE], 4)
 

@@ -141,7 +141,7 @@ class Viewport(Steering):
         if (scene := self.scene) is not None:
             self._follow_figure(scene)
             assert self.camera is not None
-            self.drawing.draw(scene, self.camera)
+            self.drawing.draw(scene, self.camera, self._turn[1] if self._turn else self.camera)
             self._drawn = self.document.interval_id
             self.overlays.show_legend(self.drawing.legend(scene, self.theme))
             show_signs(self.overlays, self.drawing, scene, self.camera, self.picture_size())

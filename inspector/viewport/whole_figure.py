@@ -23,7 +23,9 @@ _TALL = 1.3  # height to width
 _AIR = 1.3  # around the figure
 _NOSE = 1.9  # from the middle of the head to the tip of the nose, in half widths
 _APART = 26.0  # pixels from joint to joint for letters of both sides
-_GAP = 9.0  # pixels from a joint to the letter of its side
+_GAP = 10.0  # pixels from a joint to the letter of its side
+_WAYS = np.array([[1, 0], [-1, 0], [0.8, 0.6], [-0.8, 0.6], [0.8, -0.6], [-0.8, -0.6]])
+_ALONG = np.linspace(0.0, 1.0, 6)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,16 +86,25 @@ def miniature(
     bones, centre, rims, noses, places = np.split(points, cuts)
     if len(places) > 1 and np.linalg.norm(places[0] - places[-1]) < _APART:
         sides, places = dict([*sides.items()][-1:]), places[-1:]  # only the selected limb's
-    middle = places.mean(axis=0) if len(places) > 1 else bones.mean(axis=0)
-    aside = [_GAP if at[0] >= middle[0] else -_GAP for at in places]
+    ends_of = bones.reshape(-1, 2, 2)
+    drawn = ends_of[:, :1] + _ALONG * (ends_of[:, 1:] - ends_of[:, :1])
+    full = np.vstack([drawn.reshape(-1, 2), centre, places])
     return Miniature(
         bones.reshape(-1, 2, 2),
         pose.roles[own],
         np.stack([centre, noses], axis=1),
         1.2 * np.linalg.norm(rims - centre, axis=1),
         ahead @ whole.direction > 0.0,
-        {s: at + np.array([by, 0.0]) for s, at, by in zip(sides, places, aside, strict=True)},
+        {side: _free_place(at, full) for side, at in zip(sides, places, strict=True)},
     )
+
+
+def _free_place(at: Array, full: Array) -> Array:
+    """Return the pixel (2,) near another one that is farthest from all pixels `full` (n, 2)."""
+    near = at + _GAP * _WAYS
+    apart = np.linalg.norm(near[:, None] - full, axis=-1).min(axis=1)
+    best: Array = near[int(np.argmax(apart))]
+    return best
 
 
 class WholeFigure(QWidget):

@@ -170,14 +170,18 @@ def test_a_line_shows_the_corrected_limb_of_a_flip(qtbot, document, show_view, t
     corrected, limb = view.scene._corrected, document.find_chain(flip.interval.chain)
     assert corrected.line.shown
     knee = document.pose(document.frame, after=True)[1][limb.child]
-    assert np.abs(corrected.line.points - knee).sum(axis=1).min() == pytest.approx(0.0, abs=1e-3)
+    pixel, depth = view.camera.project(knee, *view.picture_size())
+    pixels, depths = view.camera.project(corrected.line.points.astype(float), *view.picture_size())
+    assert np.abs(pixels - pixel).sum(axis=1).min() == pytest.approx(0.0, abs=0.1)
+    assert (depths < 0.8 * depth).all()  # no body hides it
     assert not corrected.fins.shown  # they would be in the air
 
 
 def test_a_jump_in_the_spine_marks_the_spine(qtbot, document, show_view):
     skeleton = document.data.motion.skeleton
     interval = Interval(
-        "LeftShoulder", FRAME, FRAME + 1, np.array([0.7]), kind=Kind.JOINT_JUMP, joint="LowerBack"
+        "LeftShoulder", FRAME, FRAME + 1, np.array([0.7]), kind=Kind.JOINT_JUMP, joint="LowerBack",
+        residual=0.7,
     )  # fmt: skip
     document.do(Insert(interval))
     document.select_interval(document.intervals[-1].id, jump=True)
@@ -187,6 +191,12 @@ def test_a_jump_in_the_spine_marks_the_spine(qtbot, document, show_view):
     roles, back = view.drawing.pose(view.scene).roles, skeleton.index("LowerBack")
     marked = {b.parent for b, role in zip(view.scene.bones, roles, strict=True) if role}
     assert marked == {back}
+    assert set(roles.tolist()) == {Role.PLAIN, Role.BEFORE}
+    # The chest around the spine is translucent, and the spine is not.
+    faint = view.drawing.left.faint
+    count = len(view.scene.bones)
+    assert [faint[count + k] for k, f in enumerate(view.scene.fronts) if not f.face] == [True]
+    assert not faint[:count][roles == Role.BEFORE].any()
     spine = document.pose(FRAME, after=False)[1][back]
     pixel = view.camera.project(spine, *view.picture_size())[0]
     assert (np.abs(pixel / view.picture_size() - 0.5) < 0.3).all()
@@ -223,6 +233,18 @@ def test_letters_name_the_sides(qtbot, document, show_view, split):
     document.select_chain("RightUpLeg")
     settle(qtbot, view)
     assert abs(view.overlays.sides["Right"].geometry().center().y() - centres["Right"][1]) > 20
+
+
+def test_only_the_side_of_a_wrong_limb_has_a_letter(qtbot, document, show_view):
+    view = show_view(document)
+    view.set_view("front")
+    shown = []
+    for degrees in (0.0, 50.0):
+        if degrees:
+            insert_twist(document, degrees=degrees)
+        settle(qtbot, view)
+        shown.append([side for side, label in view.overlays.sides.items() if label.isVisible()])
+    assert shown == [["Left", "Right"], ["Left"]]
 
 
 def test_a_limb_behind_the_selected_one_has_no_letter(qtbot, document, show_view):

@@ -190,7 +190,7 @@ def test_axes_are_those_of_the_joints(analysed):
 def test_all_but_the_chain_is_faint_while_the_tab_is_shown(qtbot, taught):
     scene, chain = taught.viewport.scene, taught.taught.chain
     pose = taught.viewport.drawing.pose(scene)
-    solid = [(b.parent, b.child) for b, f in zip(scene.bones, pose.faint, strict=True) if not f]
+    solid = [(b.parent, b.child) for b, f in zip(scene.bodies, pose.faint, strict=True) if not f]
     assert solid == [(chain.parent, chain.child), (chain.child, chain.grandchild)]
     whole = bones_seen(picture(qtbot, taught.viewport))
     taught.docks["intervals"].raise_()

@@ -76,7 +76,7 @@ def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_i
     plain = level(20.0)
     assert not plain.soft_ended
     assert plain.shown == plain.size == plain.delta
-    assert (soft().seen_at, plain.seen_at) == (46, 40)
+    assert (soft().seen_at, plain.seen_at) == (51, 40)
 
 
 def test_its_course_is_stretched_where_an_ordinary_one_is_moved():

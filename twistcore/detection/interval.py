@@ -181,8 +181,8 @@ class Interval:
 
     @property
     def seen_at(self) -> int:
-        """The first frame in which the offset is at least half of the largest offset."""
-        there = np.flatnonzero(np.abs(self.offset) >= 0.5 * abs(self.largest))
+        """The first frame in which the offset is at least nine tenths of the largest offset."""
+        there = np.flatnonzero(np.abs(self.offset) >= 0.9 * abs(self.largest))
         return self.start + (int(there[0]) if len(there) else 0)
 
     @property
