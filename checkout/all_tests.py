@@ -37,7 +37,7 @@ QUICK_MINUTES = "about 6 minutes on two cores"
 ALL_MINUTES = "about 25 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
 NO_TESTS = 5  # the exit status of pytest if no test was selected
-CORE_PARTS = 8
+CORE_PARTS = 16  # small, so that no lane is idle for long at the end
 GROUP = 8  # modules of window tests in a process, at most
 
 
