@@ -1,4 +1,4 @@
-"""Run the tests in several processes, with a separate process for each module of window tests."""
+"""Run the tests in several processes: slow modules of window tests alone, short ones together."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ QUICK_MINUTES = "about 6 minutes on two cores"
 ALL_MINUTES = "about 25 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
 NO_TESTS = 5  # the exit status of pytest if no test was selected
-CORE_PARTS = 8
-GROUP = 8  # modules of window tests in a process, if each takes a few seconds
+CORE_PARTS = 16  # small, so that no lane is idle for long at the end
+GROUP = 8  # modules of window tests in a process, at most
 
 
 @dataclass(frozen=True)
@@ -48,15 +48,17 @@ class Tier:
     - words: the arguments for pytest
     - examples: the profile of Hypothesis, see tests/conftest.py
     - group: the number of modules of window tests that share a process
+    - alone: parts of the names of modules of window tests that have a process of their own
     """
 
     words: tuple[str, ...]
     examples: str
-    group: int = 1
+    group: int
+    alone: tuple[str, ...]
 
 
-QUICK = Tier(("-m", "not thorough"), "quick", GROUP)
-ALL = Tier((), "patient")
+QUICK = Tier(("-m", "not thorough"), "quick", GROUP, ("by_hand", "in_browser", "language"))
+ALL = Tier((), "patient", GROUP // 2, LONG)
 
 
 @dataclass
@@ -74,10 +76,11 @@ class Outcome:
 def run_all(*, everything: bool = False) -> int:
     """Run the quick tests, or all tests, and return the exit status.
 
-    Every module of window tests runs in its own process, but the quick tests of several short
-    modules share one. Two processes run at a time for each core, each with its own virtual screen.
-    If there is a real screen, the window tests run one after another, because several windows would
-    receive each other's keys. The other tests run at the same time.
+    Modules of window tests that take long run in a process of their own, and several others share
+    one, because a process and its first window take seconds. Two processes run at a time for each
+    core, each with its own virtual screen. If there is a real screen, the window tests run one
+    after another, because several windows would receive each other's keys. The other tests run at
+    the same time.
     """
     if everything:
         say(f"All tests take {ALL_MINUTES}; dev.py test runs the quick ones.")
@@ -102,22 +105,21 @@ def run_all(*, everything: bool = False) -> int:
             whole.counts.update(done.counts if done else {"failed": 1})
             whole.failures.extend(done.failures if done else [f"{name}: its process crashed."])
 
-    def lane(*queues: Iterator[tuple[list[str], Parent | None]]) -> None:
+    def lane(parent: Parent | None, *queues: Iterator[list[str]]) -> None:
         for queue in queues:  # all lanes share each queue
-            for part, parent in queue:
+            for part in queue:
                 if not given_up:
                     run_twice(part, parent)
 
     with parent_of_tests() as parent, ThreadPoolExecutor(count := number_of_lanes()) as lanes:
-        windows = iter([(part, parent) for part in window_parts(tier)])
-        core = iter([(part, None) for part in core_tests()])
+        windows, core = iter(window_parts(tier)), iter(core_tests())
         # Window tests are idle half of the time, so more processes than cores are useful.
         queues = (
             [(core,), (windows,)]
             if has_screen()
             else [(core, windows), *[(windows, core)] * (count - 1)]
         )
-        running = [lanes.submit(lane, *these) for these in queues]
+        running = [lanes.submit(lane, parent, *these) for these in queues]
         try:
             for each in running:
                 each.result()
@@ -157,19 +159,14 @@ def window_tests() -> list[str]:
 def window_parts(tier: Tier) -> list[list[str]]:
     """Return the modules of window tests in the parts that run in one process each.
 
-    In the quick tier, modules without quick tests are left out. The slow modules run alone, and
-    the parts with several modules come first.
+    In the quick tier, modules without quick tests are left out. The parts with several modules come
+    first.
     """
     modules = [m for m in window_tests() if tier is ALL or has_quick(m)]
-    alone = [[m] for m in modules if is_long(m) or tier.group == 1]
-    short = modules[len(alone) :]
-    count = -(-len(short) // tier.group)
-    return [*(short[k::count] for k in range(count)), *alone]
-
-
-def is_long(module: str) -> bool:
-    """Return True for a slow module of window tests."""
-    return any(name in module for name in LONG)
+    alone = [m for m in modules if any(name in m for name in tier.alone)]
+    others = [m for m in modules if m not in alone]
+    count = -(-len(others) // tier.group)
+    return [*(others[k::count] for k in range(count)), *([m] for m in alone)]
 
 
 def number_of_lanes() -> int:
@@ -185,7 +182,7 @@ def has_quick(module: str) -> bool:
 
 @contextlib.contextmanager
 def parent_of_tests() -> Iterator[Parent | None]:
-    """Start a process that has imported everything, to fork window tests from it.
+    """Start a process that has imported everything, to fork the processes of tests from it.
 
     On systems other than Linux, yield None.
     """

@@ -460,19 +460,20 @@ def test_every_module_is_in_one_part():
         path.relative_to(places.ROOT).as_posix() for path in places.ROOT.glob("tests/**/test_*.py")
     }
     assert every == {*core, *all_tests.window_tests()}
-    parts = all_tests.window_parts(all_tests.ALL)
-    assert parts == [[module] for module in all_tests.window_tests()]
 
 
-def test_quick_tests_of_short_modules_share_a_process():
-    parts = all_tests.window_parts(all_tests.QUICK)
+@pytest.mark.parametrize("tier", [all_tests.QUICK, all_tests.ALL], ids=["quick", "all"])
+def test_short_modules_share_a_process(tier):
+    parts = all_tests.window_parts(tier)
     modules = [module for part in parts for module in part]
-    quick = [m for m in all_tests.window_tests() if all_tests.has_quick(m)]
-    assert sorted(modules) == sorted(quick)
+    wanted = all_tests.window_tests()
+    if tier is all_tests.QUICK:
+        wanted = [module for module in wanted if all_tests.has_quick(module)]
+    assert sorted(modules) == sorted(wanted)
     shared = [part for part in parts if len(part) > 1]
     assert len(shared) >= 5
-    assert max(map(len, shared)) == all_tests.GROUP
-    assert not any(all_tests.is_long(module) for part in shared for module in part)
+    assert max(map(len, shared)) == tier.group
+    assert not any(name in module for part in shared for module in part for name in tier.alone)
 
 
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):

@@ -31,7 +31,7 @@ from tests.gui.browser import Browser
 from tests.gui.kept_window import KeptWindow
 from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
-from tests.gui.programs import Program
+from tests.gui.programs import Program, ProgramHere
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.files.marks import file_mark
@@ -334,6 +334,20 @@ def start(tmp_path):
     for program in started:
         if program.process.poll() is None:
             program.kill()
+
+
+@pytest.fixture
+def start_here(qtbot, kept):
+    """Starts the program on a clip as `start` does, but in this process, one at a time."""
+    started = []
+
+    def run(clip):
+        started.append(ProgramHere(clip, kept))
+        return started[-1]
+
+    yield run
+    for program in started:
+        program.end()
 
 
 _analyses = {}

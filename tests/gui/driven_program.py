@@ -25,15 +25,27 @@ from tests.gui.waiting import wait
 from twistcore.review import Annotate, Decision
 from twistcore.skeleton.rig import OwnChain
 
+SETTINGS = Settings(turn_ms=0, autosave=False)
+
 
 class Driver:
-    def __init__(self, clip: Path) -> None:
-        self.window = MainWindow(Settings(turn_ms=0, autosave=False), None)
-        self.window.show()
-        self.window.open_path(clip)
-        while self.window.document.data is None:
+    """Does what the commands say in a window that is shown and has no clip open."""
+
+    def __init__(self, window: MainWindow, clip: Path) -> None:
+        self.window = window
+        opened = []
+        connection = window.document.opened.connect(lambda: opened.append(True))
+        window.open_path(clip)
+        while not opened:
             wait(5)
+        window.document.opened.disconnect(connection)
         wait(20)
+
+    def do(self, command: str) -> dict[str, object]:
+        """Do what a command says, and answer."""
+        word, _, rest = command.partition(" ")
+        getattr(self, word)(*([rest] if rest else []))
+        return self.answer()
 
     def accept(self, place: str = "") -> None:
         undecided = [
@@ -148,13 +160,14 @@ class Driver:
 
 def main() -> None:
     app = make_application()
-    driver = Driver(Path(sys.argv[1]))
+    window = MainWindow(SETTINGS, None)
+    window.show()
+    driver = Driver(window, Path(sys.argv[1]))
     print(json.dumps(driver.answer()), flush=True)
     for line in sys.stdin:
-        word, _, rest = line.strip().partition(" ")
-        getattr(driver, word)(*([rest] if rest else []))
-        print(json.dumps(driver.answer()), flush=True)
+        print(json.dumps(driver.do(line.strip())), flush=True)
     app.closeAllWindows()
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -23,7 +23,7 @@ import sys
 from pathlib import Path
 
 _LARGEST = 1 << 18  # bytes of a request
-_IMPORTED = ("inspector.app", "inspector.window.main_window", "PySide6.QtTest")
+_IMPORTED = ("inspector.app", "inspector.window.main_window", "PySide6.QtTest", "pytest")
 
 
 class Forked:
@@ -141,6 +141,16 @@ def start(words, environment, parent=0, **more):
     if parent not in _parents:
         _parents[parent] = Parent()
     return _parents[parent].start(words, environment, **more)
+
+
+def run(words, environment, **more):
+    """Run `python WORDS` to its end; its exit status and what it wrote to its output.
+
+    errors: subprocess.STDOUT, and they come with the output.
+    """
+    with start(words, environment, **more) as process:
+        said = process.stdout.read()
+        return process.wait(), said
 
 
 def _request(asked):

@@ -56,8 +56,7 @@ class KeptWindow:
         for other in QApplication.topLevelWidgets():
             if other is not window and other.isVisible():
                 other.close()
-        if window.document.data is not None:
-            window.document.review.mark_saved()
+        self._forget_decisions()
         for action, on in self._switches.items():
             if action.isChecked() != on and (on or not _is_one_of_several(action)):
                 action.trigger() if action.isEnabled() else action.setChecked(on)
@@ -67,6 +66,7 @@ class KeptWindow:
         for name in (field.name for field in fields(Settings)):
             setattr(window.settings, name, deepcopy(getattr(self._settings, name)))
         window.program.take_settings()
+        self._forget_decisions()  # what was put back may have been a change
         window.document.close_clip()
         window.bar.clear()
         window.bar.label.setText("")  # no test takes an earlier one's message for its own
@@ -80,9 +80,14 @@ class KeptWindow:
 
     def close(self) -> None:
         """Close the window for good."""
+        self._forget_decisions()
         self.window.close()
         self.window.deleteLater()
         wait(20)
+
+    def _forget_decisions(self) -> None:
+        if self.window.document.data is not None:
+            self.window.document.review.mark_saved()
 
     def _inputs(self) -> list:
         kinds = QComboBox, QLineEdit, QAbstractButton

@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 
 from inspector.session.export_files import ExportChoice, uncorrected_warning
+from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
@@ -17,6 +18,14 @@ from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 
 pytestmark = pytest.mark.thorough
+
+ONE_WINDOW = True
+
+
+@pytest.fixture
+def window(window_for_clips):
+    """The program's window: each test opens a clip of its own."""
+    return window_for_clips(Settings(turn_ms=0))
 
 
 def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
@@ -78,7 +87,8 @@ def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_pa
     assert chosen == []
 
 
-def test_knobs_greyed_from_the_start_say_nothing_and_keep_their_room(qtbot, window):
+def test_knobs_greyed_from_the_start_say_nothing_and_keep_their_room(qtbot, show_window):
+    window = show_window()
     open_clip(qtbot, window, INJECTED)
     data = window.document.data
     window.document.select_chain(data.analysis.limbs[0].name)

@@ -20,6 +20,7 @@ from twistcore.review import Decision
 from twistcore.study.class_exercise import read_answer
 
 pytestmark = pytest.mark.thorough
+ONE_WINDOW = True
 
 
 def begin(qtbot, window, what):
@@ -81,6 +82,7 @@ def test_without_a_clip_of_ones_own_it_lies_at_home(qtbot, show_window, tmp_path
 # -- nothing is kept ------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("what", ["lesson", "exercise"])
 def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     """Neither by keys that save without a question, nor as a record in somebody's name."""
@@ -343,6 +345,7 @@ def test_the_own_clip_is_saved_by_itself_while_no_other_is_there(qtbot, at_forea
     qtbot.waitUntil(lambda: document.review.saved, timeout=10_000)
 
 
+@pytest.mark.usefixtures("new_window")
 @pytest.mark.parametrize("when", ["failed", "begun"])
 def test_an_exercise_for_a_class_is_of_the_own_clip(qtbot, at_forearm, said, tmp_path, when):
     own = at_forearm.document.data

@@ -9,6 +9,7 @@ from PySide6.QtGui import QImage, QTextDocument, QTextTable
 from inspector.bundled import DOCS
 from inspector.widgets.guide_page import GuidePage
 from inspector.widgets.theme import LIGHT, Colours
+from tests.tiers import parametrize
 
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 
@@ -92,7 +93,7 @@ def test_back_and_forward_and_a_search(qtbot, guide):
     assert guide.found.text() == "no match"
 
 
-@pytest.mark.parametrize("words", ["lone jump", "joint jump"])
+@parametrize("words", ["lone jump", "joint jump"])
 def test_the_search_reaches_the_section_of_a_kind_of_error(guide, words):
     guide.browser.go("teaching.md")
     guide.line.setText(words)

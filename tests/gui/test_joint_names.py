@@ -16,25 +16,26 @@ from tests.twistcore.two_people import two_people
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.skeleton.rig import read_rig
 
+ONE_WINDOW = True
 FINGERS = "LeftFingerPlate"  # a hand whose name is that of a part of one
 
 
-def opened(qtbot, show_window, tmp_path, data):
+def opened(qtbot, window_for_clips, tmp_path, data):
     clip = tmp_path / "clip.bvh"
     clip.write_bytes(data)
-    window = show_window(Settings(), tmp_path / "settings.json")
+    window = window_for_clips(Settings())
     open_clip(qtbot, window, clip)
     return window
 
 
 @pytest.fixture
-def odd(qtbot, show_window, tmp_path):
+def odd(qtbot, window_for_clips, tmp_path):
     """The walk with a left hand of an odd name in a window."""
     data = (ASSETS / "walk.bvh").read_bytes().replace(b"JOINT LeftHand\r", b"JOINT LeftHand\n")
     text = data.decode()
     lines = [FINGERS.join(x.split("LeftHand")) if x.split()[-1:] == ["LeftHand"] else x
              for x in text.split("\n")]  # fmt: skip
-    return opened(qtbot, show_window, tmp_path, "\n".join(lines).encode())
+    return opened(qtbot, window_for_clips, tmp_path, "\n".join(lines).encode())
 
 
 def test_what_was_not_examined_is_named_above_the_chains(odd):
@@ -83,8 +84,8 @@ def test_all_joints_go_back_to_what_was_found(odd):
 
 
 @pytest.mark.thorough
-def test_one_person_of_two_is_listed(qtbot, show_window, tmp_path):
-    window = opened(qtbot, show_window, tmp_path, two_people())
+def test_one_person_of_two_is_listed(qtbot, window_for_clips, tmp_path):
+    window = opened(qtbot, window_for_clips, tmp_path, two_people())
     people = window.document.data.analysis.people
     box = window.chains.people
     assert box.isVisible()
@@ -100,11 +101,11 @@ def test_one_person_of_two_is_listed(qtbot, show_window, tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
+def test_a_clip_that_cannot_be_examined_says_so(qtbot, window_for_clips, tmp_path):
     lines = (ASSETS / "walk.bvh").read_text("utf-8").splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("Frames:"))
     short = [*lines[:at], "Frames: 3", lines[at + 1], *lines[at + 2 : at + 5]]
-    window = opened(qtbot, show_window, tmp_path, "\n".join(short).encode())
+    window = opened(qtbot, window_for_clips, tmp_path, "\n".join(short).encode())
     assert window.document.data.analysis.not_examined
     assert window.chains.unexamined.isVisible()
     said = window.chains.unexamined.text()
@@ -153,10 +154,10 @@ def test_each_joint_says_what_it_was_taken_for_and_by_what(qtbot, odd):
 
 
 @pytest.mark.thorough
-def test_twist_bones_and_pieces_are_called_so(qtbot, show_window, tmp_path):
+def test_twist_bones_and_pieces_are_called_so(qtbot, window_for_clips, tmp_path):
     clip = tmp_path / "unreal.bvh"
     clip.write_text(bvh_text(UNREAL), "utf-8")
-    window = show_window(Settings(), tmp_path / "settings.json")
+    window = window_for_clips(Settings())
     open_clip(qtbot, window, clip)
     act(window, "joint_names")
     dialog = window.chain_actions.names

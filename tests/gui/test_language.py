@@ -16,7 +16,7 @@ import pytest
 
 from inspector.language import codes, language_to_use, of_core, plural, tr, use_language
 from tests.conftest import ASSETS
-from tests.gui import untranslated
+from tests.gui import forked, untranslated
 from tests.gui.untranslated import assert_translated, code_texts, waits
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -162,9 +162,8 @@ def test_english_stands_where_a_language_has_nothing(german):
 
 
 def test_a_language_that_there_is_not_is_refused(tmp_path):
-    done = start("--language", "fr", environment={})
-    assert done.returncode == 2
-    assert done.stderr == "twist-inspector: --language fr: expected one of en, de or system.\n"
+    said = "twist-inspector: --language fr: expected one of en, de or system.\n"
+    assert start("--language", "fr") == (2, said)
 
 
 @pytest.mark.thorough
@@ -172,20 +171,15 @@ def test_a_damaged_file_of_settings_is_told_in_the_language(tmp_path):
     settings = tmp_path / "settings.json"
     settings.write_text('{"language": "de", "step": 0}')
     picture = tmp_path / "empty.png"
-    done = start("--screenshot", picture, environment={"TWIST_INSPECTOR_SETTINGS": str(settings)})
-    assert done.returncode == 0, done.stderr
-    assert "Die Einstellungen step waren beschädigt" in done.stderr
+    code, said = start("--screenshot", picture, TWIST_INSPECTOR_SETTINGS=str(settings))
+    assert code == 0, said
+    assert "Die Einstellungen step waren beschädigt" in said
     assert [f.name for f in tmp_path.glob("*.damaged*")] == ["settings.json.damaged"]
 
 
-def start(*words, environment):
-    return subprocess.run(
-        [sys.executable, "-m", "inspector", *map(str, words)],
-        env={**os.environ, "PYTHONPATH": str(ROOT), "LC_ALL": "C", **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def start(*words, **environment):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LC_ALL": "C", **environment}
+    return forked.run(["-m", "inspector", *words], environment, errors=subprocess.STDOUT)
 
 
 # -- the whole window -----------------------------------------------------------------------------
@@ -197,7 +191,7 @@ def said(tmp_path_factory):
 
     def one(code):
         clip = shutil.copy(ASSETS / "walk_injected.bvh", tmp_path_factory.mktemp(code))
-        done = subprocess.run(
+        done = subprocess.run(  # not forked: some texts are translated when they are imported
             [sys.executable, str(SCRIPT), code, clip],
             env={**os.environ, "PYTHONPATH": str(ROOT)},
             capture_output=True,

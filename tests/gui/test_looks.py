@@ -32,6 +32,7 @@ from tests.twistcore.test_strangers import flipping_helper
 from twistcore.detection import Kind
 from twistcore.formats.bvh.compose import bvh_text
 
+ONE_WINDOW = True
 CHECK = Path(__file__).with_name("layout_check.py")
 _FAULTS = Kind.NOISE_BURST, Kind.FROZEN
 _OF_JOINTS = Kind.STRETCH, Kind.SPIKE
@@ -115,8 +116,10 @@ def test_a_dock_alone_in_a_low_window_has_its_title(qtbot, show_window):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("kind", [*_FAULTS, *_OF_JOINTS, *_OF_LIMBS, Kind.HELPER_ROLL], ids=str)
-def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window, tmp_path, kind):
-    window = show_window(Settings())
+def test_a_low_window_lists_four_intervals_above_a_whole_card(
+    qtbot, window_for_clips, tmp_path, kind
+):
+    window = window_for_clips(Settings())
     resize(qtbot, window, LAPTOP)
     if kind == Kind.HELPER_ROLL:
         clip = tmp_path / "flipping.bvh"
@@ -158,8 +161,8 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
 
 
 @parametrize(("size", "share"), [((1440, 900), 0.35), ((1024, 700), 0.28)], ids=str)
-def test_the_figure_has_a_large_share_of_the_window(qtbot, show_window, tmp_path, size, share):
-    window = show_window(Settings())
+def test_the_figure_has_a_large_share_of_the_window(qtbot, window_for_clips, tmp_path, size, share):
+    window = window_for_clips(Settings())
     resize(qtbot, window, size)
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
     act(window, "next_interval")
@@ -248,8 +251,8 @@ def test_frame_and_interval_are_said_on_every_tab(qtbot, show_window, tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_lone_jump_says_how_far_it_goes(qtbot, show_window, tmp_path):
-    window = show_window(Settings())
+def test_a_lone_jump_says_how_far_it_goes(qtbot, window_for_clips, tmp_path):
+    window = window_for_clips(Settings())
     open_clip(qtbot, window, shutil.copy(ASSETS / "kick.bvh", tmp_path))
     jump = next(j for j in window.document.intervals if j.interval.kind == Kind.LONE_JUMP)
     window.document.select_interval(jump.id, jump=True)

@@ -9,6 +9,7 @@ from PySide6.QtGui import QDropEvent
 from PySide6.QtTest import QTest
 
 from inspector.folder.queued_clip import ClipState
+from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
@@ -20,6 +21,14 @@ from twistcore.export.exported_clips import exports_among
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.npz.body import BODIES
 from twistcore.review import Decision
+
+ONE_WINDOW = True
+
+
+@pytest.fixture
+def window(window_for_clips):
+    """The program's window: each test opens a clip of its own."""
+    return window_for_clips(Settings(turn_ms=0))
 
 
 @pytest.fixture
@@ -139,7 +148,8 @@ def test_what_is_taught_of_a_joint_without_euler_angles(qtbot, window, walk):
 
 
 @pytest.mark.thorough
-def test_what_is_no_amass_is_one_sentence_and_the_window_stays(qtbot, window, tmp_path):
+def test_what_is_no_amass_is_one_sentence_and_the_window_stays(qtbot, show_window, tmp_path):
+    window = show_window()
     np.savez(tmp_path / "shape.npz", betas=np.zeros(16), gender=np.array("female"))
     with qtbot.waitSignal(window.document.message, timeout=10_000) as told:
         window.open_path(tmp_path / "shape.npz")

@@ -181,6 +181,7 @@ def test_all_views_show_a_chain_that_was_added(qtbot, reviewed, tmp_path):
     assert document.chain == "Neck"
 
 
+@pytest.mark.thorough
 def test_the_export_of_own_chains_is_what_apply_makes(qtbot, reviewed, clip, tmp_path):
     window, document = reviewed, reviewed.document
     confirm(qtbot, window, add_by_keys(qtbot, window, "Spine", "Spine1", "Neck1"))

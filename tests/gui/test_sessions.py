@@ -317,26 +317,29 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
             pytest.skip("root writes everywhere")
         words = ["setpriv", "--bounding-set=-dac_override", *words]
     root = str(Path(__file__).parents[2])
+    environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(words, env=environment, stdin=pipe, stdout=pipe, text=True) as process:
 
-    def review():
-        folder.chmod(0o555)
-        environment = {**os.environ, "PYTHONPATH": root, "XDG_STATE_HOME": str(state)}
-        done = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
-        folder.chmod(0o755)
-        assert done.returncode == 0, done.stderr
-        return done.stdout.splitlines()
+        def review():
+            folder.chmod(0o555)
+            process.stdin.write("again\n")
+            process.stdin.flush()
+            lines = [process.stdout.readline().strip() for _ in range(3)]
+            folder.chmod(0o755)
+            return lines
 
-    told, verdicts, saved = review()
-    assert "is read-only" in told
-    assert (verdicts, saved) == ("0", "True")
-    told, verdicts, saved = review()
-    assert told.startswith("Your review in walk-")
-    assert (verdicts, saved) == ("1", "True")
-    assert [p.name for p in folder.iterdir()] == [clip.name]
-    assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]
+        told, verdicts, saved = review()
+        assert "is read-only" in told
+        assert (verdicts, saved) == ("0", "True")
+        told, verdicts, saved = review()
+        assert told.startswith("Your review in walk-")
+        assert (verdicts, saved) == ("1", "True")
+        assert [p.name for p in folder.iterdir()] == [clip.name]
+        assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]
 
-    shutil.rmtree(state)
-    (folder / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
-    told, verdicts, saved = review()
-    assert "could not be renamed" in told
-    assert (verdicts, saved) == ("0", "True")
+        shutil.rmtree(state)
+        (folder / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
+        told, verdicts, saved = review()
+        assert "could not be renamed" in told
+        assert (verdicts, saved) == ("0", "True")

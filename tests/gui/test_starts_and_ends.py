@@ -17,7 +17,15 @@ from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings
 from inspector.window.demo import screenshot
 from tests.conftest import ASSETS
-from tests.gui.real_screen import ROOT, needs_real_screen, program, real_screen, wait_until
+from tests.gui import forked
+from tests.gui.real_screen import (
+    ROOT,
+    needs_real_screen,
+    person_env,
+    program,
+    real_screen,
+    wait_until,
+)
 from twistcore.review import write_session
 
 SOON = 2.5  # seconds of processor time; a long clip takes 5 and more to open
@@ -26,10 +34,9 @@ INJECTED = ASSETS / "walk_injected.bvh"
 
 
 def run(folder, *words):
-    """Exit status and what was said."""
-    with program(os.environ, folder, *words) as process:
-        said, _ = process.communicate(timeout=PATIENCE)
-        return process.returncode, said
+    """Exit status and what was said, forked off: other tests start the program from nothing."""
+    words = ["-m", "inspector", *words]
+    return forked.run(words, person_env(os.environ, folder), errors=subprocess.STDOUT)
 
 
 def write_session_of(path):

@@ -1,4 +1,4 @@
-"""Real processes without room on the disk, robbed of their files, or beside another window."""
+"""The program without room on the disk, robbed of its files, or beside another window."""
 
 import contextlib
 import os
@@ -109,9 +109,9 @@ def test_restoring_on_a_full_disk_leaves_the_only_copy(crowded):
 
 
 @pytest.mark.parametrize("name", ["walk", "take {1} 100%s"])
-def test_a_journal_that_is_deleted_is_written_anew(clip, start, name):
+def test_a_journal_that_is_deleted_is_written_anew(clip, start_here, name):
     clip = clip.rename(clip.with_name(f"{name}.bvh"))
-    program = start(clip)
+    program = start_here(clip)
     program.tell("accept", "accept")
     journal = clip.with_name(f"{name}.twist.json.journal")
     journal.unlink()
@@ -119,12 +119,14 @@ def test_a_journal_that_is_deleted_is_written_anew(clip, start, name):
     assert "was deleted while it was open" in program.answer["says"]
     assert recover(journal).steps == 3
     program.kill()
-    program = start(clip)
+    program = start_here(clip)
     assert "3 steps were kept" in program.answer["says"]
 
 
-def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(clip, start, tmp_path, monkeypatch):
-    program = start(clip)
+def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(
+    clip, start_here, tmp_path, monkeypatch
+):
+    program = start_here(clip)
     program.tell("accept", "accept")
     kept = clip.read_bytes()
     shutil.rmtree(clip.parent)
@@ -133,7 +135,7 @@ def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(clip, start, tmp
     program.kill()
     clip.parent.mkdir()
     clip.write_bytes(kept)
-    program = start(clip)
+    program = start_here(clip)
     assert "3 steps were kept" in program.answer["says"]
     program.tell("press Restore")
     assert program.accepted == 3
@@ -145,28 +147,28 @@ def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(clip, start, tmp
     assert len(read_session(refuge).state.chosen()) == 3
 
 
-def test_decisions_on_a_clip_that_was_replaced_are_offered_after_a_crash(clip, start):
-    program = start(clip)
+def test_decisions_on_a_clip_that_was_replaced_are_offered_after_a_crash(clip, start_here):
+    program = start_here(clip)
     program.tell("accept", "accept", "accept")
     program.kill()
     clip.write_bytes(clip.read_bytes().replace(b"\r\n", b"\n"))
     for _ in range(2):
-        program = start(clip)
+        program = start_here(clip)
         assert "another version of walk.bvh" in program.answer["says"]
         assert program.answer["offers"] == ["Carry decisions over", "Discard"]
         program.kill()
-    program = start(clip)
+    program = start_here(clip)
     program.tell("press Carry decisions over")
     assert program.accepted == 3
     program.kill()
-    program = start(clip)
+    program = start_here(clip)
     program.tell("press Restore")
     assert program.accepted == 3
     assert program.answer["says"] == ""
 
 
-def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
-    program = start(clip)
+def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start_here):
+    program = start_here(clip)
     program.tell("accept", "front")
     assert program.answer["says"] == ""
     os.utime(clip)  # touched, not changed
@@ -184,14 +186,14 @@ def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
     assert "from the version that is open" in program.answer["says"]
 
 
-def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start):
-    program = start(clip)
+def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start_here):
+    program = start_here(clip)
     program.tell("accept", "accept", "save", "close")
     program.end()
     session = clip.with_name("walk.twist.json")
     old = session.read_bytes()
     clip.write_bytes(clip.read_bytes().replace(b"\r\n", b"\n"))
-    program = start(clip)
+    program = start_here(clip)
     assert program.answer["offers"] == ["Carry decisions over"]
     program.tell("accept", "save")
     assert session.with_name("walk.twist.json.earlier").read_bytes() == old
@@ -206,20 +208,20 @@ def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start
 @pytest.mark.parametrize(
     "text", ["", "garbage\n", "1\npython3\n{here}\n", "{me}\npython3\n{here}\n"]
 )
-def test_a_lock_that_nobody_holds_locks_nobody_out(clip, start, text):
+def test_a_lock_that_nobody_holds_locks_nobody_out(clip, start_here, text):
     """Empty, damaged, or with a process id that is another program's by now."""
     lock = clip.with_name("walk.twist.json.journal.lock")
     lock.write_text(text.format(here=socket.gethostname(), me=os.getpid()))
-    program = start(clip)
+    program = start_here(clip)
     program.tell("accept", "save")
     assert program.accepted == 1
     assert program.answer["saved"]
 
 
-def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start):
+def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start_here):
     lock = clip.with_name("walk.twist.json.journal.lock")
     lock.write_text("4711\nTwist Inspector\nelsewhere\n")
-    program = start(clip)
+    program = start_here(clip)
     for what in ("4711", "elsewhere", "since"):
         assert what in program.answer["says"]
     assert program.answer["offers"] == ["Take over", "View only"]
@@ -235,11 +237,11 @@ def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start
     assert beside(clip) == ["walk.twist.json"]
 
 
-def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, start):
-    one = start(clip)
+def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, start, start_here):
+    one = start_here(clip)
     one.tell("accept", "accept")
     other = start(clip)
-    assert str(one.process.pid) in other.answer["says"]
+    assert str(os.getpid()) in other.answer["says"]
     other.tell("press Take over")
     assert "2 steps were kept" in other.answer["says"]
     other.tell("press Restore", "accept")
@@ -251,24 +253,24 @@ def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, star
     one.end()
     other.tell("accept")
     other.kill()
-    last = start(clip)
+    last = start_here(clip)
     assert "4 steps were kept" in last.answer["says"]
 
 
-def test_a_window_that_was_robbed_and_has_not_noticed_harms_nobody(clip, start):
-    one = start(clip)
+def test_a_window_that_was_robbed_and_has_not_noticed_harms_nobody(clip, start, start_here):
+    one = start_here(clip)
     one.tell("accept", "accept")
     other = start(clip)
     other.tell("press Take over", "press Restore", "accept")
     one.tell("close Discard")  # its own decisions; the other window goes on with a copy
     one.end()
     other.kill()
-    assert "3 steps were kept" in start(clip).answer["says"]
+    assert "3 steps were kept" in start_here(clip).answer["says"]
 
 
-def test_a_lock_that_is_a_link_leads_nowhere(clip, start):
+def test_a_lock_that_is_a_link_leads_nowhere(clip, start_here):
     precious = clip.with_name("precious.txt")
     precious.write_text("precious")
     clip.with_name("walk.twist.json.journal.lock").symlink_to(precious)
-    start(clip).tell("accept", "save")
+    start_here(clip).tell("accept", "save")
     assert precious.read_text() == "precious"

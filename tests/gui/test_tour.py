@@ -150,6 +150,7 @@ def test_a_lesson_shows_each_page_itself(qtbot, at_forearm, path):
     assert [look.isChecked() for look in looks] == own
 
 
+@pytest.mark.thorough
 def test_bundled_lessons_are_in_the_menu(qtbot, at_forearm):
     menu = at_forearm.lesson_actions.lessons_menu
     menu.aboutToShow.emit()

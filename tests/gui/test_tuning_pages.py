@@ -36,9 +36,16 @@ def settings_file(tmp_path):
 
 
 @pytest.fixture
-def window(qtbot, show_window, tmp_path, settings_file):
+def draws(request):
+    """How many errors of each size are tried: one, unless a test needs a surer curve."""
+    return getattr(request, "param", 1)
+
+
+@pytest.fixture
+def window(qtbot, show_window, tmp_path, settings_file, draws):
     """The sample with eight errors, a chain with three of them selected."""
-    window = show_window(Settings(turn_ms=0), settings_file, size=(1440, 900))
+    settings = Settings(turn_ms=0, of_features={"error_draws": draws})
+    window = show_window(settings, settings_file, size=(1440, 900))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
     window.document.select_chain("LeftForeArm")
     return window
@@ -69,16 +76,18 @@ def write_tau(path, degrees, method="", names=("LeftForeArm", "RightLeg")):
     return path
 
 
-@pytest.fixture(scope="module")
-def by_paper():
+@pytest.fixture
+def by_paper(draws):
     clip = read_bvh(INJECTED)
-    tuning = clip_tuning(clip.motion, clip.name, method="paper", verdicts=Verdicts())
+    of_paper = {"method": "paper", "verdicts": Verdicts(), "seeds": range(draws)}
+    tuning = clip_tuning(clip.motion, clip.name, **of_paper)
     return tuning.curve("RightArm")
 
 
 # --- whose detector -----------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("draws", [3], indirect=True)
 def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_path, by_paper):
     path = write_tau(tmp_path / "p.toml", 1.5, "paper", ["RightArm"])
     window.tuning_actions.compare_with([path])
@@ -209,13 +218,13 @@ def test_a_drag_says_what_it_changes_and_what_is_only_presumed(qtbot, window, tu
 
 def test_more_draws_make_a_narrower_band(qtbot, window, tuning):
     few = tuning.costs.curves["LeftForeArm"]
-    tuning.suggestion.draws.setValue(9)
+    tuning.suggestion.draws.setValue(4)
     assert tuning.costs.curves == {}
     wait_measured(qtbot, window)
     many = tuning.costs.curves["LeftForeArm"]
     assert many.errors > 2 * few.errors
     assert np.mean(np.subtract(*many.band)) > 0.75 * np.mean(np.subtract(*few.band))
-    tuning.suggestion.draws.setValue(3)
+    tuning.suggestion.draws.setValue(1)
     assert tuning.costs.curves["LeftForeArm"] is few  # it is remembered
 
 
@@ -248,6 +257,7 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     assert POINTS.of(load_settings(settings_file)[0]) == 100.0
 
 
+@pytest.mark.parametrize("draws", [3], indirect=True)
 def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     tuning.tabs.setCurrentWidget(tuning.suggestion)
     degrees = np.degrees(tuning.costs.curves["LeftForeArm"].suggested())

@@ -33,6 +33,8 @@ A, R = Decision.ACCEPTED, Decision.REJECTED
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 THEN, LATER = "2026-11-01T09:00:00+00:00", "2026-11-02T09:00:00+00:00"
 
+ONE_WINDOW = True
+
 
 @pytest.fixture
 def clip(tmp_path):
@@ -85,9 +87,9 @@ def compare(qtbot, window, path):
 
 
 @pytest.fixture
-def compared(qtbot, show_window, ada, ben):
+def compared(qtbot, window_for_clips, ada, ben):
     """Ada's review, compared with Ben's by Carla."""
-    window = show_window(Settings(turn_ms=0, reviewer="Carla"))
+    window = window_for_clips(Settings(turn_ms=0, reviewer="Carla"))
     open_clip(qtbot, window, ada)
     compare(qtbot, window, ben)
     qtbot.waitUntil(lambda: bool(window.comparison.rows))
@@ -174,6 +176,7 @@ def test_all_that_i_left_undecided_is_one_step_and_keeps_their_name(qtbot, compa
     assert document.review.state is before
 
 
+@pytest.mark.thorough
 def test_a_third_verdict_survives_a_crash_and_is_exported(qtbot, compared, show_window, ada, clip):
     act(compared, "next_difference")
     press(qtbot, compared, Qt.Key.Key_T, SHIFT)
@@ -227,6 +230,7 @@ def test_a_session_that_does_not_fit_the_clip_is_not_compared(qtbot, compared, b
     assert keys(compared) == rows
 
 
+@pytest.mark.thorough
 def test_it_speaks_german(qtbot, show_window, ada, ben):
     window = show_window(Settings(turn_ms=0, reviewer="Carla"))
     open_clip(qtbot, window, ada)

@@ -139,6 +139,7 @@ def test_a_range_chosen_by_a_person_stays(taught):
     assert pane.time.viewRange()[1] == chosen
 
 
+@pytest.mark.thorough
 def test_dots_are_seen(qtbot, taught):
     def blue():
         qtbot.wait(60)
