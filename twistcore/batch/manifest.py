@@ -16,7 +16,13 @@ from typing import Any, Self
 
 from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
+from twistcore.batch.stored_rows import (
+    STORED,
+    column,
+    decisions_of_clip,
+    parameters_of,
+    result_of,
+)
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.document_values import saying, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
@@ -173,6 +179,17 @@ _UNCORRECTED = (
     "SELECT c.source, c.name, r.document FROM clips c "
     "JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
     "WHERE json_array_length(r.document, '$.uncorrected') > 0 ORDER BY c.name"
+)
+
+_TAKE = {
+    table: f"INSERT INTO {table} ({', '.join(checks)}) VALUES ({', '.join('?' * len(checks))}) "
+    "ON CONFLICT DO NOTHING"
+    for table, checks in STORED.items()
+}
+_TAKE["decisions"] = _TAKE["decisions"].replace(
+    "DO NOTHING",
+    "(source) DO UPDATE SET document = excluded.document "
+    "WHERE json_extract(excluded.document, '$.at') > json_extract(document, '$.at')",
 )
 
 
@@ -368,6 +385,19 @@ class Manifest:
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
             (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
         )
+
+    def take_over(self, other: Manifest) -> None:
+        """Copy the parameters, results and decisions of another manifest, without the clips.
+
+        Of two decisions on the same clip, the later is kept. Call this within a transaction.
+        """
+        with _sqlite_errors(other.folder / FILE):
+            for table, checks in STORED.items():
+                query = f"SELECT {', '.join(checks)} FROM {table}"
+                for row in other._connection.execute(query):
+                    for (name, check), value in zip(checks.items(), row, strict=True):
+                        check(value, name)
+                    self._connection.execute(_TAKE[table], row)
 
     def _make(self) -> None:
         if self._connection.execute("PRAGMA user_version").fetchone()[0]:

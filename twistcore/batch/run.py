@@ -121,7 +121,7 @@ def run_batch(
     called with the plan and returns a function that is called for each finished clip. Raises
     TwistError if another run writes into the folder, or if its manifest is damaged.
     """
-    with _locked(folder), Manifest.open(folder, create=True) as manifest:
+    with locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
         named = renamed(sources, {row.source: row.name for row in rows.values()})
         mine = shard_sources(named, *part)
@@ -272,8 +272,8 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Lock the folder for this run, creating it if needed."""
+def locked(folder: Path) -> Iterator[None]:
+    """Lock the folder for this run, creating it if needed. Raises TwistError if it is locked."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in (LOCK, FOLDER):
         check_no_links(folder, folder / name)
