@@ -31,6 +31,8 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.batch import Manifest
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.motion import Motion, Skeleton
 
 SAMPLES = Path(__file__).resolve().parent.parent / "assets"
 WAYS = {
@@ -39,6 +41,7 @@ WAYS = {
     "dask": ("--local-cluster", "2"),
     "shards": ("--workers", "2"),
 }
+_LIMBS = ("LeftUpLeg", "LeftLeg", "LeftFoot"), ("RightArm", "RightForeArm", "RightHand")
 _FRAMES = 60, 120  # of a made clip
 _SHARDS = 2
 
@@ -61,12 +64,18 @@ class Cost:
 
 
 def make_clips(folder: Path, count: int, seed: int = 1) -> None:
-    """Write different clips of 60 to 120 frames, a hundred in each subfolder."""
+    """Write different clips of 60 to 120 frames, a hundred in each subfolder.
+
+    Each has the hips and one limb of a sample: with all limbs, a clip costs three times as much.
+    """
     if folder.exists() and any(folder.iterdir()):
         raise SystemExit(f"{folder} is not empty")
     rng, cuts = random.Random(seed), set[tuple[int, int, int]]()
-    texts = [path.read_text("ascii") for path in sorted(SAMPLES.glob("*.bvh"))]
-    lines = [text.splitlines(keepends=True) for text in texts]
+    lines = [
+        limb_of(path, limb).splitlines(keepends=True)
+        for path in sorted(SAMPLES.glob("*.bvh"))
+        for limb in _LIMBS
+    ]
     heads = [next(k for k, x in enumerate(one) if x.startswith("Frames:")) for one in lines]
     while len(cuts) < count:
         which, frames = rng.randrange(len(lines)), rng.randint(*_FRAMES)
@@ -81,29 +90,39 @@ def make_clips(folder: Path, count: int, seed: int = 1) -> None:
         path.write_text("".join([*one[:at], f"Frames: {frames}\n", one[at + 1], *rows]), "ascii")
 
 
+def limb_of(path: Path, limb: Sequence[str]) -> str:
+    """Return a clip as BVH text with only its root and a limb, given by its joints."""
+    motion = read_bvh(path).motion
+    names = motion.skeleton.names
+    joints = [0, *(names.index(name) for name in limb)]
+    skeleton = Skeleton(
+        tuple(names[k] for k in joints),
+        np.arange(-1, len(limb)),
+        motion.skeleton.offsets[joints],
+        ((len(limb), (0.0, -3.0, 0.0)),),
+    )
+    places = motion.positions[:, :1]
+    small = Motion(skeleton, motion.rotations[:, joints], (0,), places, motion.frame_time)
+    with tempfile.TemporaryDirectory() as scratch:
+        write_motion(small, Path(scratch, "limb.bvh"))
+        return Path(scratch, "limb.bvh").read_text("ascii")
+
+
 def run(*words: str) -> Cost:
     """Run a whole command of `twistcore` and return its cost."""
-    begin = time.perf_counter()
-    with subprocess.Popen(
-        [sys.executable, "-m", "twistcore", *words],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-    ) as process:
-        assert process.stderr is not None
-        own = 0
-        before = os.times()
-        os.set_blocking(process.stderr.fileno(), False)
-        said = b""
+    begun, own, before = time.perf_counter(), 0, os.times()
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "twistcore", *words], stdout=subprocess.DEVNULL, stderr=said
+        )
         while process.poll() is None:
             own = max(own, _own_bytes(process.pid))
-            said += process.stderr.read() or b""
             time.sleep(0.02)
-        said += process.stderr.read() or b""
-    if process.returncode:
-        raise SystemExit(f"{' '.join(words)}: {said.decode(errors='replace')[-2000:]}")
-    after = os.times()
-    used = sum(after[2:4]) - sum(before[2:4])
-    return Cost(time.perf_counter() - begin, used, own)
+        if process.returncode:
+            said.seek(0)
+            raise SystemExit(f"{' '.join(words)}: {said.read()[-2000:].decode(errors='replace')}")
+    used = sum(os.times()[2:4]) - sum(before[2:4])
+    return Cost(time.perf_counter() - begun, used, own)
 
 
 def _own_bytes(pid: int) -> int:
@@ -162,6 +181,7 @@ def main() -> None:
                 out = Path(folder, f"{name}-{k}")
                 costs[name].append(process_clips(arguments.folder, out, name))
                 marks.add(mark(out))
+                print(f"{name}: {costs[name][-1]}", file=sys.stderr, flush=True)
             costs["again"].append(process_clips(arguments.folder, out, "2"))
         with Manifest.open(out) as manifest:
             rows = list(manifest.rows().values())
