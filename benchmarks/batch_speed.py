@@ -118,7 +118,7 @@ def run(*words: str) -> Cost:
         while process.poll() is None:
             own = max(own, _own_bytes(process.pid))
             time.sleep(0.02)
-        if process.returncode:
+        if process.returncode > 1:  # 1: a clip has too few frames to be examined
             said.seek(0)
             raise SystemExit(f"{' '.join(words)}: {said.read()[-2000:].decode(errors='replace')}")
     used = sum(os.times()[2:4]) - sum(before[2:4])
@@ -189,6 +189,7 @@ def main() -> None:
     count, size = len(rows), sum(row.bytes for row in rows)
     figures = {
         "clips": count,
+        "not_done": sum(row.state != "done" for row in rows),
         "bytes": size,
         "seconds": {name: round(value, 3) for name, value in best.items()},
         "all_seconds": {name: [round(c.seconds, 3) for c in f] for name, f in costs.items()},

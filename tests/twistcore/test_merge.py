@@ -1,6 +1,7 @@
 """Shards merged: the folder that one run would have written, and no wrong or lost clip."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -91,7 +92,8 @@ def test_the_latest_result_of_a_clip_counts(tmp_path):
     made[0].write_bytes(made[1].read_bytes().replace(b"\n", b"\r\n"))
     run(folder, tmp_path / "new")
     with Manifest.open(tmp_path / "new") as manifest, manifest.transaction():
-        manifest._connection.execute("UPDATE clips SET finished_at = '2999-01-01T00:00:00+00:00'")
+        later = "2999-01-01T00:00:00+00:00"
+        manifest.put_rows([replace(row, finished_at=later) for row in manifest.rows().values()])
     for k, order in enumerate((("old", "new"), ("new", "old"))):
         out = tmp_path / f"out{k}"
         merge([tmp_path / name for name in order], out)
@@ -136,7 +138,8 @@ def test_folders_that_are_refused(tmp_path):
             merge([other], tmp_path / "a")
     run(folder, tmp_path / "b", apart(process, 1))
     with Manifest.open(tmp_path / "b") as manifest, manifest.transaction():
-        manifest._connection.execute("UPDATE results SET document = '{}'")
-    with pytest.raises(TwistError, match="the key schema is missing"):
+        [row] = manifest.rows().values()
+        manifest.put_result(row, {})
+    with pytest.raises(TwistError, match=f"^{tmp_path}/b/{FILE}: the key schema is missing"):
         merge([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
     assert rows(tmp_path / "out") == {}
