@@ -43,7 +43,7 @@ def languages() -> dict[str, str]:
     """Return the names of the available languages, each in that language, keyed by code."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
-        found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
+        found[code] = _read(LANGUAGES / f"{code}.po").metadata.get("Language-Name", code)
     return found
 
 
@@ -61,7 +61,7 @@ def language_to_use(setting: str, of_system: Iterable[str]) -> str:
 
 
 def use_language(code: str) -> None:
-    """Switch all texts to a language, or to English if there is no catalogue for that language."""
+    """Switch all texts to a language, or to English if its catalogue is missing or damaged."""
     global _language
     file = LANGUAGES / f"{code}.po"
     _language = code if code != SOURCE and file.is_file() else SOURCE
@@ -95,14 +95,12 @@ def tr(text: str, /, **values: object) -> str:
 
     Control characters in the values are escaped, because the values may come from files.
     """
-    found = _texts.get(("", text), text)
-    return found.format(**_legible_values(values)) if values else found
+    return _filled(_texts.get(("", text), text), text, values)
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
-    """Translate a text that has several meanings, such as 'Open'; `meaning` selects one of them."""
-    found = _texts.get((meaning, text), text)
-    return found.format(**_legible_values(values)) if values else found
+    """Translate a text that has several meanings, such as 'Open', distinguished by `meaning`."""
+    return _filled(_texts.get((meaning, text), text), text, values)
 
 
 def announced(text: str) -> str:
@@ -118,8 +116,20 @@ def plural(one: str, many: str, number: float, /, **values: object) -> str:
     values.setdefault("n", number)
     single = number == 1
     forms = _plurals.get(one)
-    text = (one if single else many) if forms is None else forms[0 if single else 1]
-    return text.format(**_legible_values(values))
+    text = one if single else many
+    found = text if forms is None else forms.get(0 if single else 1, text)
+    return _filled(found, text, values)
+
+
+def _filled(found: str, text: str, values: dict[str, object]) -> str:
+    """Insert the values into a translation or, if it is damaged, into the English text."""
+    if not values:
+        return found
+    values = _legible_values(values)
+    try:
+        return found.format(**values)
+    except (LookupError, ValueError, AttributeError, TypeError):
+        return text.format(**values)
 
 
 def _legible_values(values: dict[str, object]) -> dict[str, object]:
@@ -132,6 +142,10 @@ def _legible_values(values: dict[str, object]) -> dict[str, object]:
 
 
 def _read(file: Path) -> polib.POFile:
+    """Read a catalogue; a damaged one has no texts."""
     import polib  # imported only if needed, since English has no catalogue
 
-    return polib.pofile(str(file))
+    try:
+        return polib.pofile(str(file), encoding="utf-8")
+    except (OSError, ValueError, LookupError):
+        return polib.POFile()

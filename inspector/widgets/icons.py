@@ -30,10 +30,10 @@ def program_icon() -> QIcon:
 
 def icon(name: str, theme: Theme) -> QIcon:
     """Return an icon in the text colour, with a paler version for disabled buttons."""
-    drawing = (ICONS / f"{name}.svg").read_text("utf-8")
+    drawing = (ICONS / f"{name}.svg").read_bytes()
     made = QIcon()
     for mode, colour in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.faint)):
-        renderer = QSvgRenderer(drawing.replace("#000", colour).encode())
+        renderer = QSvgRenderer(drawing.replace(b"#000", colour.encode()))
         for scale in _SCALES:
             made.addPixmap(_drawn(renderer, SIDE, scale), mode)
     return made

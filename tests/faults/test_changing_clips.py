@@ -3,11 +3,14 @@
 import hashlib
 import itertools
 import json
+import random
 import threading
+import time
 
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from tests.twistcore.batch_folders import clips
 from twistcore.batch import clip_result
 from twistcore.batch.clip_task import run_task
@@ -157,3 +160,51 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
     for _ in range(2):  # at rest, it is not tried again
         sources = find_inputs([str(folder)]).sources
         assert run_batch(out, sources, Parameters(), one_by_one).unreadable == 1
+
+
+def truncated(path, data):
+    with path.open("r+b") as file:
+        file.truncate(len(data) * (3 + len(path.name) % 5) // 9)
+
+
+def deleted(path, data):
+    path.unlink()
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("change", [replaced, rewritten, truncated, deleted])
+def test_clips_that_change_once_at_random_moments(change, tmp_path):
+    """Each of 20 clips, some before, some while and some after it is read."""
+    folder, out, rng = tmp_path / "in", tmp_path / "out", random.Random(change.__name__)
+    made = clips(folder, DIRTY, 20, frames=60)
+    others = clips(tmp_path / "others", DIRTY, 40, frames=50)[20:]
+    versions = [path.read_bytes() for path in made]
+    sources = find_inputs([str(folder)]).sources
+    begun, order = threading.Event(), rng.sample(range(20), 20)
+
+    def tasks_begun(tasks, seconds):
+        begun.set()
+        return in_two_processes(tasks, seconds)
+
+    def change_all():
+        begun.wait(60.0)
+        for k in order:
+            time.sleep(rng.expovariate(10.0))  # as long as a clip takes
+            change(made[k], others[k].read_bytes())
+
+    thread = threading.Thread(target=change_all)
+    thread.start()
+    summary = run_batch(out, sources, Parameters(), tasks_begun)
+    thread.join()
+    assert len(summary.failed) + summary.done == len(made)
+    assert all(names_in_one_line(sentence, "clip_") for sentence in summary.failed)
+    versions += [path.read_bytes() for path in made if path.exists()]
+    known = {hashlib.sha256(data).hexdigest(): data for data in versions}
+    for row in rows_of(out).values():
+        if row.state == DONE and change is not rewritten:  # in place, a part may be read, too
+            assert row.sha256 in known
+    for mark, result in results_of(out).items():
+        if mark in known:
+            (tmp_path / "clip.bvh").write_bytes(known[mark])
+            _, alone, _ = clip_result.processed(tmp_path / "clip.bvh", Parameters())
+            assert json.loads(result) == json.loads(json.dumps({**alone, "clip": ""}))

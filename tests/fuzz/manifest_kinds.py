@@ -6,7 +6,7 @@ import json
 import random
 import sqlite3
 import tempfile
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -20,6 +20,7 @@ from twistcore.batch.clip_result import process_clip
 from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import DONE, FAILED, FILE, Manifest, ManifestRow
+from twistcore.batch.manifest_tables import COLUMNS
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clips_csv, interval_rows, json_line
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
@@ -86,7 +87,8 @@ _VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 _STATEMENTS = (
     "DROP TABLE {t}", "ALTER TABLE {t} RENAME TO other", "ALTER TABLE {t} ADD COLUMN extra",
-    "DELETE FROM {t}", "PRAGMA user_version = 2", "PRAGMA application_id = 0",
+    "DELETE FROM {t}", "PRAGMA user_version = 3", "PRAGMA user_version = 1",
+    "PRAGMA application_id = 0",
     "PRAGMA user_version = 0", "CREATE TABLE extra (x)",
     "ALTER TABLE clips RENAME COLUMN name TO n",
     "ALTER TABLE clips RENAME TO old; CREATE VIEW clips AS SELECT * FROM old",
@@ -101,7 +103,7 @@ _STATEMENTS = (
     "WHERE name = 'clips'",
     "PRAGMA writable_schema = 1; UPDATE sqlite_master SET rootpage = 9999 WHERE name = 'clips'",
     "PRAGMA writable_schema = 1; UPDATE sqlite_master SET sql = CAST(x'ff' AS TEXT)",
-    "INSERT INTO decisions VALUES ('nobody', 'x')", "PRAGMA journal_mode = WAL",
+    "INSERT INTO decisions VALUES ('nobody', 'x', NULL)", "PRAGMA journal_mode = WAL",
 )  # fmt: skip
 
 
@@ -117,6 +119,10 @@ def _make(rng: random.Random) -> dict[str, bytes]:
                     _damage(connection, rng)
                 except (sqlite3.Error, IndexError, OverflowError, UnicodeError, ValueError):
                     continue  # what SQLite itself does not take
+            if rng.random() < 0.9:  # a made file: no check number says that it was changed
+                for table in COLUMNS:
+                    with suppress(sqlite3.Error):
+                        connection.execute(f"UPDATE {table} SET crc = NULL")
             data = connection.serialize()
     if 0.75 < what < 0.99:
         data = damage_bytes(data, rng)

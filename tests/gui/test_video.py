@@ -370,7 +370,7 @@ def test_damage_in_the_middle_is_a_sentence_or_leaves_the_rest(tmp_path, name):
     whole = write_video(tmp_path / name, 60, 25, codec).read_bytes()
     draw = random.Random(11)
     pictures = 0
-    for trial in range(25):
+    for trial in range(34):
         damaged = bytearray(whole[: draw.randrange(len(whole))] if trial % 4 == 0 else whole)
         for _ in range(draw.randrange(60)):
             damaged[draw.randrange(len(damaged))] = draw.randrange(256)

@@ -103,6 +103,16 @@ def rename(old, new):
     rig().pose.bones[old].name = new
 
 
+def rename_all(names, action):
+    """Other names for all bones, in their order, and for the action; Blender must take each."""
+    figure = rig()
+    for bone, name in zip(list(figure.pose.bones), names, strict=True):
+        bone.name = name
+        assert bone.name == name, (bone.name, name)
+    figure.animation_data.action.name = action
+    assert figure.animation_data.action.name == action
+
+
 def constrain(bone, target):
     constraint = rig().pose.bones[bone].constraints.new("COPY_ROTATION")
     constraint.target, constraint.subtarget = rig(), target

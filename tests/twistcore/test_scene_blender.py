@@ -1,11 +1,13 @@
 """The script in Blender, on scenes of BVH and FBX: all bones are compared in all frames."""
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from tests.hostile_texts import hostile_texts
 from tests.twistcore.blender import blender, needs_blender
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
 from twistcore.analysis.correction import refine
@@ -35,12 +37,12 @@ def written(path, **options):
 class Seen:
     """World rotations (frames, joints, 4) and heads (frames, joints, 3) in the clip's order."""
 
-    def __init__(self, path, prefix=""):
+    def __init__(self, path, own=MOTION.skeleton.names):
         with np.load(path) as file:
             names, poses = file["names"].tolist(), file["poses"]
             self.sides = file["sides"]
             self.keys = json.loads(str(file["keys"]))
-        at = [names.index(prefix + name) for name in MOTION.skeleton.names]
+        at = [names.index(name) for name in own]
         self.poses = poses[:, at]
         m = self.poses[..., :3, :3]
         self.rotations = quaternions(m / np.linalg.norm(m, axis=-2, keepdims=True))
@@ -125,6 +127,46 @@ def test_a_scene_of_bvh(tmp_path):
         assert before.keys == after.keys
         if mode == "QUATERNION":  # none is on the other side, between which a figure would spin
             assert ((before.sides * after.sides).sum(axis=2) > 0.0).all()
+
+
+_QUOTES = (
+    '"', "'", "\\", '\\"', "\\'", '"]', '["a"]', '"] = 1 #', "'''", '\\\\"]', "{", "}", "{0}",
+    "{}}", "%", "%(x)s", "#", "\\n", "a\nb", '\n"""\nraise SystemExit(9)\n', "ümlaut", "骨",
+    "\U0001f9b4",
+)  # fmt: skip
+
+
+def test_hostile_names_are_data_and_their_keys_land(tmp_path):
+    """Those of at most 63 bytes, which is all that a name in Blender may have."""
+    texts = [text for text in dict.fromkeys((*hostile_texts(), *_QUOTES)) if _fits_blender(text)]
+    assert len(texts) >= 50
+    joints = len(MOTION.skeleton)
+    for k, action in ((0, '"] {0} \\'), (len(texts) - joints, "a'b\nc")):
+        names = tuple(texts[k : k + joints])
+        skeleton = replace(MOTION.skeleton, names=names)
+        before, after = (replace(m, skeleton=skeleton) for m in (MOTION, corrected()))
+        options = SceneOptions("blender", take=action)
+        script = scene_script('"""\nraise SystemExit(9)\n', before, after, [], options)
+        (tmp_path / "keys.py").write_text(script, "utf-8")
+        out = blender(
+            tmp_path,
+            ["empty"],
+            ["bvh", CLIP.path],
+            ["rename_all", names, action],
+            ["look", tmp_path / "0.npz", FRAMES],
+            ["script", tmp_path / "keys.py"],
+            ["look", tmp_path / "1.npz", FRAMES],
+            ["script", tmp_path / "keys.py"],
+        )
+        count = check(*(Seen(tmp_path / f"{i}.npz", names) for i in (0, 1)), 1.0, 1e-6, 0.01)
+        assert f"{count} keys were set; " in out
+        assert f"{count} keys are already correct" in out
+    assert not list(tmp_path.glob("**/hostile*"))
+
+
+def _fits_blender(text):
+    data = text.encode("utf-8", "surrogatepass")
+    return len(data) <= 63 and data.decode("utf-8", "ignore") == text
 
 
 @pytest.mark.parametrize("simplify", [0.0, 1.0])

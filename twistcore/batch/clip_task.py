@@ -125,7 +125,7 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
     clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
-    if companion := _companion(path):
+    if companion := companion_of(path):
         with os.scandir(Path(path).parent) as entries:
             companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in companions:
@@ -139,12 +139,12 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Return True if a clip needs other files, such as the skeleton of an AMC."""
-    return bool(_companion(path))
+    """Return True if a clip needs other files, such as an AMC, which needs a skeleton file."""
+    return bool(companion_of(path))
 
 
-def _companion(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs in its folder, or an empty string."""
+def companion_of(path: Path | str) -> str:
+    """Return the suffix of the files that a clip needs from its folder, or an empty string."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 

@@ -14,16 +14,28 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
-from twistcore.batch.manifest_tables import expected_definitions, make_tables, table_definitions
+from twistcore.batch.manifest_tables import (
+    COLUMNS,
+    SCHEMA,
+    add_checks,
+    checked,
+    columns_of,
+    make_tables,
+    put_statement,
+    shape_of,
+    shape_of_ours,
+    with_check,
+)
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.stored_rows import (
-    checked_column,
-    checked_decisions,
-    checked_parameters,
-    checked_result,
+    STORED,
+    column,
+    decisions_of_clip,
+    parameters_of,
+    result_of,
 )
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import errors_naming, shown_words, text
+from twistcore.files.document_values import saying, shown_value, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
 from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
@@ -32,11 +44,10 @@ from twistcore.work.frozen import dataclass
 FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"
 
-_COMPANIONS = ("-journal", "-wal", "-shm")  # suffixes of files that SQLite puts next to a database
-_SCHEMA = 1
-_OURS = 0x54774261  # 'TwBa', the application id in the header, which is read without SQLite
-_MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68  # bytes and offsets of the header
-_BUSY_S = 10.0  # seconds to wait while another process writes
+_COMPANIONS = ("-journal", "-wal", "-shm")  # files that SQLite puts next to it
+_OURS = 0x54774261  # 'TwBa': in the file's header, where it can be read without SQLite
+_MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
+_BUSY_S = 10.0  # waiting time while another process writes
 
 
 @dataclass(frozen=True)
@@ -148,41 +159,43 @@ class ManifestRow:
     corrected_signature: str = ""
 
 
-_COLUMNS = tuple(ManifestRow.__dataclass_fields__)
-_PUT = (
-    f"INSERT INTO clips ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))}) "
-    "ON CONFLICT (source) DO UPDATE SET "
-    + ", ".join(f"{c} = excluded.{c}" for c in _COLUMNS if c != "source")
+# Numbers of rows in each of SQLite's trees: damage may make one of them shorter.
+_COUNTS = (
+    "(SELECT count(*) FROM clips NOT INDEXED)",
+    "(SELECT count(*) FROM clips INDEXED BY sqlite_autoindex_clips_1)",
+    "(SELECT count(*) FROM clips INDEXED BY sqlite_autoindex_clips_2)",
 )
-_RECORDS = (
-    "SELECT c.source, c.name, c.state, c.reason, c.sha256, c.bytes, c.seconds, c.peak_bytes, "
-    "c.finished_at, p.document, p.version, r.document, c.corrected, d.document FROM clips c "
-    "LEFT JOIN parameters p ON p.mark = c.mark "
+_FROM = (
+    "FROM clips c LEFT JOIN parameters p ON p.mark = c.mark "
     "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
-    "LEFT JOIN decisions d ON d.source = c.source "
+    "LEFT JOIN decisions d ON d.source = c.source"
 )
-
-
+_JOINED = {"c": "clips", "p": "parameters", "r": "results", "d": "decisions"}
 _OF_RECORD = (
     *("source", "name", "state", "reason", "sha256", "bytes", "seconds", "peak_bytes"),
     *("finished_at", "corrected"),
 )
-_GLANCES = (
-    "SELECT c.source, c.name, c.state, c.reason, c.mark, c.sha256, c.signature, "
-    "coalesce(json_extract(r.document, '$.severity'), 0.0), "
-    "coalesce(json_array_length(r.document, '$.intervals'), 0), "
-    "coalesce(json_extract(r.document, '$.unchecked'), ''), "
-    "coalesce(json_extract(r.document, '$.missing_frames'), 0), "
-    "coalesce(json_array_length(r.document, '$.unexamined'), 0) FROM clips c "
-    "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
-    "ORDER BY c.name"
-)
+_OF_GLANCE = "source", "name", "state", "reason", "mark", "sha256", "signature"
+_MORE_OF_GLANCE = {
+    "severity": "coalesce(json_extract(r.document, '$.severity'), 0.0)",
+    "intervals": "coalesce(json_array_length(r.document, '$.intervals'), 0)",
+    "unchecked": "coalesce(json_extract(r.document, '$.unchecked'), '')",
+    "missing_frames": "coalesce(json_extract(r.document, '$.missing_frames'), 0)",
+    "unexamined": "coalesce(json_array_length(r.document, '$.unexamined'), 0)",
+}
+_UNCORRECTED = "coalesce(json_array_length(r.document, '$.uncorrected'), 0)"
+_LATER = " WHERE json_extract(excluded.document, '$.at') > json_extract(document, '$.at')"
 
-_UNCORRECTED = (
-    "SELECT c.source, c.name, r.document FROM clips c "
-    "JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
-    "WHERE json_array_length(r.document, '$.uncorrected') > 0 ORDER BY c.name"
-)
+
+@dataclass(frozen=True)
+class _Found:
+    """A clip's rows in all tables, keyed by column and checked, and further values of a query."""
+
+    clip: Mapping[str, Any]
+    parameters: Mapping[str, Any] | None
+    result: Mapping[str, Any] | None
+    decisions: Mapping[str, Any] | None
+    more: tuple[Any, ...]
 
 
 def is_batch_folder(path: Path | str) -> bool:
@@ -196,7 +209,7 @@ def is_batch_folder(path: Path | str) -> bool:
         return False
     ours = int.from_bytes(head[_OURS_AT : _OURS_AT + 4], "big")
     schema = int.from_bytes(head[_SCHEMA_AT : _SCHEMA_AT + 4], "big")
-    return head.startswith(_MAGIC) and (ours, schema) == (_OURS, _SCHEMA)
+    return head.startswith(_MAGIC) and ours == _OURS and 1 <= schema <= SCHEMA
 
 
 class Manifest:
@@ -209,6 +222,7 @@ class Manifest:
     def __init__(self, folder: Path, connection: sqlite3.Connection) -> None:
         self.folder = folder
         self._connection = connection
+        self._schema = SCHEMA
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
@@ -243,7 +257,8 @@ class Manifest:
             self._connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
             if create:
                 self._make()
-            if table_definitions(self._connection) != expected_definitions():
+            self._schema = self._connection.execute("PRAGMA user_version").fetchone()[0]
+            if shape_of(self._connection) != shape_of_ours(self._schema):
                 raise FormatError(
                     "expected a manifest written by twistcore batch, found other tables"
                 )
@@ -269,40 +284,70 @@ class Manifest:
     def each_record(self) -> Iterator[ClipRecord]:
         """Yield all clips, sorted by name, with only one of them in memory."""
         with _sqlite_errors(self.folder / FILE):
-            for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
-                yield _record(row)
+            for found in self._each_found():
+                yield _record(found)
 
     def glances(self) -> list[ClipGlance]:
         """Return the main data of all clips, sorted by name, without parsing the results."""
         with _sqlite_errors(self.folder / FILE):
-            rows = self._connection.execute(_GLANCES).fetchall()
-            names = ClipGlance.__dataclass_fields__
-            return [ClipGlance(**_columns(names, row)) for row in rows]
+            return [
+                ClipGlance(
+                    **_columns({key: found.clip[key] for key in _OF_GLANCE}),
+                    **_columns(dict(zip(_MORE_OF_GLANCE, found.more, strict=True))),
+                )
+                for found in self._each_found(*_MORE_OF_GLANCE.values())
+            ]
+
+    def _each_found(self, *more: str, source: str | None = None) -> Iterator[_Found]:
+        """Yield the rows of all clips, sorted by name, or of one source.
+
+        `more` are SQL expressions. Raises FormatError if a row is missing or damaged.
+        """
+        columns = [columns_of(table, alias, self._schema) for alias, table in _JOINED.items()]
+        counts = (*_COUNTS, "(SELECT count(*) FROM decisions)")
+        query = f"SELECT {', '.join((*columns, *counts, *more))} {_FROM} "
+        query += "ORDER BY c.name" if source is None else "WHERE c.source = ?"
+        number, decided, wanted = 0, 0, (0, 0, 0, 0)
+        for row in self._connection.execute(query, () if source is None else (escaped(source),)):
+            parts, rest = [], row
+            for table in _JOINED.values():
+                size = len(COLUMNS[table]) + 1
+                values = checked(table, rest[:size])
+                parts.append(dict(zip(COLUMNS[table], values, strict=True)) if values else None)
+                rest = rest[size:]
+            wanted = rest[: len(counts)]
+            clip, parameters, result, decisions = parts
+            if clip is None or (clip["mark"] and not parameters):
+                raise FormatError("rows are missing in the tables clips or parameters")
+            if clip["state"] == DONE and not result:
+                raise FormatError(f"the result of {shown_value(clip['name'])} is missing")
+            number, decided = number + 1, decided + (decisions is not None)
+            yield _Found(clip, parameters, result, decisions, rest[len(counts) :])
+        if source is None and (number, number, number, decided) != wanted:
+            raise FormatError("rows are missing in the tables clips or decisions")
 
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Return all processing parameters in use as JSON data, keyed by their hash (mark)."""
         with _sqlite_errors(self.folder / FILE):
-            rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
-            return {
-                checked_column("mark", mark): checked_parameters(_text(document))
-                for mark, document in rows
-            }
+            found = {}
+            for mark, document, _ in self._each_row("parameters"):
+                found[column("mark", mark)] = parameters_of(_text(document))
+            return found
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
         """Yield the source, the name and the problems of every clip with uncorrected intervals."""
         with _sqlite_errors(self.folder / FILE):
-            for source, name, document in self._connection.execute(_UNCORRECTED):
-                clip = _columns(("source", "name"), (source, name))
-                sentences = checked_result(_text(document))["uncorrected"]
-                yield clip["source"], clip["name"], sentences
+            for found in self._each_found(_UNCORRECTED):
+                if found.result and found.more[0]:
+                    clip = _columns({key: found.clip[key] for key in ("source", "name")})
+                    sentences = result_of(_text(found.result["document"]))["uncorrected"]
+                    yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
         """Return the record of the clip with this path or URL. Raises TwistError without one."""
         with _sqlite_errors(self.folder / FILE):
-            query = _RECORDS + "WHERE c.source = ?"
-            row = self._connection.execute(query, (escaped(source),)).fetchone()
-            if row is not None:
-                return _record(row)
+            for found in self._each_found(source=source):
+                return _record(found)
         raise TwistError(f"{legible(source)} is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
@@ -324,10 +369,8 @@ class Manifest:
         self.record(source)
         with self.transaction():
             if decisions:
-                self._connection.execute(
-                    "INSERT OR REPLACE INTO decisions VALUES (?, ?)",
-                    (escaped(source), json_text(dict(decisions), indent=None)),
-                )
+                values = escaped(source), json_text(dict(decisions), indent=None)
+                self._put("decisions", values, "(source) DO {update}")
             else:
                 key = (escaped(source),)
                 self._connection.execute("DELETE FROM decisions WHERE source = ?", key)
@@ -350,8 +393,13 @@ class Manifest:
     def rows(self) -> dict[str, ManifestRow]:
         """Return the rows of all clips, keyed by source (path or URL)."""
         with _sqlite_errors(self.folder / FILE):
-            query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
-            rows = [_row(row) for row in self._connection.execute(query)]
+            columns = ", ".join((columns_of("clips", "c", self._schema), *_COUNTS))
+            found = self._connection.execute(
+                f"SELECT {columns} FROM clips c NOT INDEXED"
+            ).fetchall()
+            if found and {*found[0][-len(_COUNTS) :]} != {len(found)}:
+                raise FormatError("rows are missing in the table clips")
+            rows = [_row(row[: -len(_COUNTS)]) for row in found]
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
@@ -363,41 +411,67 @@ class Manifest:
     def has_result(self, sha256: str, mark: str) -> bool:
         """Return True if there is a result for a file with this hash and the parameters `mark`."""
         with _sqlite_errors(self.folder / FILE):
-            query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
-            return (
-                self._connection.execute(query, (escaped(sha256), escaped(mark))).fetchone()
-                is not None
-            )
+            where = "t.sha256 = ? AND t.mark = ?", escaped(sha256), escaped(mark)
+            return any(True for _ in self._each_row("results", *where))
 
     def put_parameters(self, parameters: Parameters) -> None:
         """Store processing parameters, keyed by their hash (mark)."""
         document = json_text(parameters.to_json(), indent=None)
-        self._connection.execute(
-            "INSERT OR IGNORE INTO parameters VALUES (?, ?, ?)",
-            (parameters.mark, document, __version__),
-        )
+        self._put("parameters", (parameters.mark, document, __version__), "DO NOTHING")
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips. Must be called within a transaction."""
-        self._connection.executemany(_PUT, (_values(row) for row in rows))
+        """Store the rows of clips. Call this within a transaction."""
+        statement = put_statement("clips", self._schema, "(source) DO {update}")
+        self._connection.executemany(
+            statement, (with_check(_values(row), self._schema) for row in rows)
+        )
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
         """Store a clip's result, keyed by the hashes of the clip and of the parameters.
 
         Must be called within a transaction.
         """
-        self._connection.execute(
-            "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
-            (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
-        )
+        values = row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)
+        self._put("results", values, "(sha256, mark) DO {update}")
+
+    def take_over(self, other: Manifest) -> None:
+        """Copy the parameters, results and decisions of another manifest, without the clips.
+
+        Of two decisions on the same clip, the later is kept. Call this within a transaction.
+        """
+        for table, checks in STORED.items():
+            conflict = "(source) DO {update}" + _LATER if table == "decisions" else "DO NOTHING"
+            try:
+                with _sqlite_errors(other.folder / FILE):
+                    for row in other._each_row(table):
+                        for (name, check), value in zip(checks.items(), row, strict=True):
+                            check(value, name)
+                        self._put(table, row, conflict)
+            except FormatError as error:  # it names the other file, not this one
+                raise TwistError(str(error)) from None
+
+    def _each_row(self, table: str, where: str = "1", *words: str) -> Iterator[tuple[Any, ...]]:
+        """Yield the checked rows of a table, which the condition calls t."""
+        columns = columns_of(table, "t", self._schema)
+        query = f"SELECT {columns} FROM {table} t WHERE {where}"
+        for row in self._connection.execute(query, words):
+            yield _row_of(table, row)
+
+    def _put(self, table: str, values: Iterable[Any], conflict: str) -> None:
+        statement = put_statement(table, self._schema, conflict)
+        self._connection.execute(statement, with_check(values, self._schema))
 
     def _make(self) -> None:
-        if self._connection.execute("PRAGMA user_version").fetchone()[0]:
+        known = self._connection.execute("PRAGMA user_version").fetchone()[0]
+        if known == SCHEMA:
             return
-        with self.transaction():  # so that the file stays empty if the process is killed
-            make_tables(self._connection)
+        with self.transaction():  # if it is killed before the end, the file stays as it was
+            if known:
+                add_checks(self._connection)
+            else:
+                make_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
-            self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
+            self._connection.execute(f"PRAGMA user_version = {SCHEMA}")
 
 
 def timestamp() -> str:
@@ -424,10 +498,10 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
         ) from None
 
 
-def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
-    """Return the checked values of the columns, keyed by column name."""
-    checked = {name: checked_column(name, value) for name, value in zip(names, values, strict=True)}
-    return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
+def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the checked values of columns, keyed by name."""
+    checked_ones = {name: column(name, value) for name, value in values.items()}
+    return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked_ones.items()}
 
 
 def _text(value: Any) -> str:
@@ -437,26 +511,32 @@ def _text(value: Any) -> str:
 def _values(row: ManifestRow) -> tuple[Any, ...]:
     return tuple(
         escaped(value) if isinstance(value, str) else value
-        for value in (getattr(row, column) for column in _COLUMNS)
+        for value in (getattr(row, column) for column in COLUMNS["clips"])
     )
 
 
-def _row(values: tuple[Any, ...]) -> ManifestRow:
-    columns = _columns(_COLUMNS, values)
+def _row_of(table: str, row: tuple[Any, ...]) -> tuple[Any, ...]:
+    values = checked(table, row)
+    if values is None:
+        raise FormatError(f"a row of the table {table} has no key")
+    return values
+
+
+def _row(row: tuple[Any, ...]) -> ManifestRow:
+    columns = _columns(dict(zip(COLUMNS["clips"], _row_of("clips", row), strict=True)))
     return ManifestRow(**{**columns, "again": bool(columns["again"])})
 
 
-def _record(row: tuple[Any, ...]) -> ClipRecord:
-    """Return the record for a row of the query _RECORDS."""
-    columns = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
-    parameters, version, result, decisions = row[9], row[10], row[11], row[13]
-    document = None if result is None else checked_result(_text(result))
+def _record(found: _Found) -> ClipRecord:
+    columns = _columns({key: found.clip[key] for key in _OF_RECORD})
+    parameters, result, decisions = found.parameters, found.result, found.decisions
+    document = result_of(_text(result["document"])) if result else None
     if document is not None:
         document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
         **columns,
-        parameters={} if parameters is None else checked_parameters(_text(parameters)),
-        version="" if version is None else checked_column("version", version),
+        parameters=parameters_of(_text(parameters["document"])) if parameters else {},
+        version=column("version", parameters["version"]) if parameters else "",
         result=document,
-        decisions={} if decisions is None else checked_decisions(_text(decisions)),
+        decisions=decisions_of_clip(_text(decisions["document"])) if decisions else {},
     )

@@ -140,7 +140,7 @@ def run_batch(
     TwistError
         If another run writes into the folder, or if its manifest is damaged.
     """
-    with _locked(folder), Manifest.open(folder, create=True) as manifest:
+    with locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
         named = with_stored_names(sources, {row.source: row.name for row in rows.values()})
         mine = shard_sources(named, *part)
@@ -291,8 +291,8 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Lock the batch folder for this run, and create it if needed. Raises TwistError if locked."""
+def locked(folder: Path) -> Iterator[None]:
+    """Lock the folder for this run, creating it if needed. Raises TwistError if it is locked."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in (LOCK, FOLDER):
         check_no_links(folder, folder / name)

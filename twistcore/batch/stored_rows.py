@@ -226,4 +226,24 @@ def checked_decisions(document: str) -> dict[str, Any]:
         text(values.get(key, ""), key)
     if values.get("session"):
         path_text(values["session"], "session")
-    return {key: values[key] for key in _OF_DECISIONS if key in values}
+    return {key: values[key] for key in _OF_DECISIONS if key in values}  # these are stored again
+
+
+# Checks of the columns of the tables other than `clips`.
+STORED: Mapping[str, Mapping[str, _Check]] = {
+    "parameters": {
+        "mark": text,
+        "document": lambda value, what: parameters_of(text(value, what)),
+        "version": text,
+    },
+    "results": {
+        "sha256": text,
+        "mark": text,
+        "bytes": _long,
+        "document": lambda value, what: result_of(text(value, what)),
+    },
+    "decisions": {
+        "source": _source,
+        "document": lambda value, what: decisions_of_clip(text(value, what)),
+    },
+}

@@ -24,7 +24,7 @@ from twistcore.cli.arguments.argument_types import (
     target,
     workers,
 )
-from twistcore.cli.arguments.batch_arguments import add_batch, add_watch
+from twistcore.cli.arguments.batch_arguments import add_batch, add_merge, add_watch
 from twistcore.cli.arguments.clean_arguments import add_clean
 from twistcore.cli.arguments.command_help import COMMANDS, PROGRAM, CommandHelp, HelpFormatter
 from twistcore.cli.arguments.common_arguments import (
@@ -515,6 +515,7 @@ _COMMANDS: Mapping[str, Callable[[Parser], None]] = {
     "benchmark": _benchmark,
     "batch": add_batch,
     "watch": add_watch,
+    "merge": add_merge,
     "quamo": add_quamo,
     "export": _export,
     "convert": add_convert,

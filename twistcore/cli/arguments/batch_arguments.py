@@ -1,4 +1,4 @@
-"""Define the arguments of `twistcore batch` and `twistcore watch`."""
+"""The arguments of `twistcore batch`, `twistcore watch` and `twistcore merge`."""
 
 from __future__ import annotations
 
@@ -84,6 +84,26 @@ def add_watch(parser: argparse.ArgumentParser) -> None:
     )
     _add_processing(parser)
     parser.set_defaults(run=deferred("watch_command", "watch_command"))
+
+
+def add_merge(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `twistcore merge` to a parser."""
+    parser.add_argument(
+        "folders",
+        nargs="+",
+        type=folder,
+        metavar="FOLDER",
+        help="OUTDIR of a batch, which is not changed",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        required=True,
+        type=folder,
+        metavar="OUTDIR",
+        help="folder for all results, new or of a batch",
+    )
+    parser.set_defaults(run=deferred("merge_command", "merge_command"))
 
 
 def _add_processing(parser: argparse.ArgumentParser) -> None:

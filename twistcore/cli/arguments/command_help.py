@@ -203,6 +203,18 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "Exit code: 0 or 1 as of `twistcore batch` for the latest results, also after Ctrl+C; "
         "1 if a clip was still growing; 2 wrong usage; 130 stopped while it processed clips.",
     ),
+    "merge": CommandHelp(
+        "merge the folders of several batches, such as shards, into one",
+        "Copies the clips, results, decisions and corrected files into OUTDIR. If several folders "
+        "have the same clip, its latest result counts. `twistcore batch` with the same OUTDIR and "
+        "all PATHs then processes the remaining clips.",
+        (
+            "twistcore merge out-1 out-2 out-3 -o out",
+            "twistcore merge out/shard-* -o out/all",
+        ),
+        "Exit code: 0 done; 1 merged, but a clip has failed or was not processed, or a corrected "
+        "file could not be copied (all listed); 2 wrong usage, or a damaged folder.",
+    ),
     "quamo": CommandHelp(
         "track or smooth motion that jitters, after the review",
         "Correct twist errors first: tracking would smear their edges.",
