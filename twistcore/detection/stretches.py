@@ -28,7 +28,12 @@ from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
+from twistcore.detection.lone_jumps import (
+    chain_of_joint,
+    largest_natural_turn,
+    own_axis,
+    turns_about,
+)
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
@@ -130,7 +135,7 @@ class _Clip:
 
         `turns` contains the turns since the previous frame, in radians, (frames,).
         """
-        fast = np.abs(turns) > max(JUMP, limit(self.motion.fps))
+        fast = np.abs(turns) > max(JUMP, largest_natural_turn(self.motion.fps))
         fast &= ~find_cuts(self.motion) if fast.any() else True
         found: list[int] = np.flatnonzero(fast).tolist()
         return found

@@ -25,7 +25,7 @@ class SoftErrors:
     def dropped(self) -> Iterator[Interval]:
         """Yield the intervals between the chain's jumps at τ that were replaced by soft errors."""
         own = self.analysis.chains[self.place.chain.name]
-        return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
+        return (i for i in own.between_edges(self.place.tau) if own.is_replaced(i))
 
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
         """Return the first dropped interval with an edge in or next to [start, stop), or None."""
@@ -69,14 +69,14 @@ class SoftErrors:
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]
         for c in sorted(near, key=lambda c: c.name != chain.name):
-            for s in self.analysis.chains[c.name].standing:
+            for s in self.analysis.chains[c.name].fixed:
                 if s.strength >= self.place.tau:
                     yield s.interval, c
 
 
 def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
     """Return the reason for a soft error below τ that peaks at the frame, or None."""
-    for s in own.standing:
+    for s in own.fixed:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
             because = (

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from twistcore.detection import Interval
-from twistcore.detection.lone_jumps import limit
+from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.notation import DistinctFrames
 
@@ -118,7 +118,9 @@ class AskedFrame:
             else f"{strength} at {here} is below τ = {tau}: {because}."
         )
         numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
-        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body can do that
+        alone = why == Why.ONE_JOINT and self.strength < largest_natural_turn(
+            self.fps
+        )  # a body can do that
         suspicious = past and why not in _SETTLED and not alone
         return Reason(
             self.chain.name,

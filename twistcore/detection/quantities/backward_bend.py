@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from twistcore.detection.backward_bends import hinge_of
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import Quantity
@@ -20,7 +20,7 @@ def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
     if chain is None:
         return None
     motion = search.corrected_motion()
-    if (hinge := hinge_of(Witnesses.of(motion, chain))) is None:
+    if (hinge := hinge_of(ChainSignals.of(motion, chain))) is None:
         return None
     return Quantity(
         f"Flexion of {interval.joint}, negative if backward",
