@@ -440,7 +440,7 @@ def test_what_is_found_is_judged_by_increments_as_captured(sought, monkeypatch):
         assert cut is s.cut
         return replace(error, unsure=True)
 
-    monkeypatch.setattr(soft_intervals, "judged", judge)
+    monkeypatch.setattr(soft_intervals, "marked_if_unsure", judge)
     sought.found = [soft(1, 100, 20, 0.3), soft(5, 180, 9, 0.3)]
     found, _ = soft_of(s, [Known(0, 30, np.full(9, 0.1))])
     assert [f.row for f in found] == [2, 1, 5]

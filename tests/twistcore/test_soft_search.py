@@ -317,7 +317,7 @@ def test_work_is_counted_by_departures():
     search = Search(s, [0, 2, 4])
     place = search.next()
     one = Explanations(s, place)
-    size = TO_BEGIN + len(one._stretch.u)
+    size = TO_BEGIN + len(one._departures.u)
     assert s.work == size
     one.best(math.inf)
     assert s.work == (1 + LEVELS) * size

@@ -101,7 +101,7 @@ def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     bad = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     bad[:, low:high] = True
     surprise.measure(bad)
-    stretch = surprise.stretch(rows["LeftArm"], low, high - low)
+    stretch = surprise.local_departures(rows["LeftArm"], low, high - low)
     (size,) = stretch.sizes(stretch.departures(shape))
     assert abs(np.degrees(size) - 50.0) < 2.5
 
