@@ -161,7 +161,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _has_edge(signals: ChainSignals) -> bool:
-    """Return True if P at least once turns as in a carried roll and by far more than usual."""
+    """Return True if P turns at least once as in a carried roll and by far more than usual."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)

@@ -246,10 +246,7 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the magnitudes of a limb's departures, which are compared with τ, (frames,).
-
-        They are in radians.
-        """
+        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:

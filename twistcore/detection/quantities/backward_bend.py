@@ -14,7 +14,10 @@ from twistcore.detection.quantity import Quantity
 
 
 def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the flexion, negative for a backward bend, with the natural limit, or None."""
+    """Return the curve of the joint's flexion, which is negative for a backward bend.
+
+    Its limit is the largest natural hyperextension. The result is None if the hinge is unknown.
+    """
     joint = search.joint_of(interval)
     chain = next((c for c in search.chains if c.child == joint and c.ends), None)
     if chain is None:

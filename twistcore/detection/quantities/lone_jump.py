@@ -13,7 +13,10 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the turn of the joint about its own axis per frame, with the largest natural turn."""
+    """Return the curve of the joint's turn per frame about its own axis, in world space.
+
+    Its limit is the largest natural turn.
+    """
     own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
     most = math.copysign(math.degrees(largest_natural_turn(own.motion.fps)), interval.residual)
     return Quantity(

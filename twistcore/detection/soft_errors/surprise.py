@@ -82,7 +82,7 @@ class Surprise:
         self.at: list[_AtSpan] = []
 
     def neighbours(self, row: int) -> list[int]:
-        """Return the row and the rows of the chains directly above and below it in its limb."""
+        """Return a row and the rows of the chains directly above and below it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
