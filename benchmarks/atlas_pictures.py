@@ -21,7 +21,7 @@ from matplotlib.patches import Polygon
 
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips.swivel import swivel_of
-from twistcore.detection.lone_jumps import limit, own_axis
+from twistcore.detection.lone_jumps import largest_natural_turn, own_axis
 from twistcore.detection.straight_limbs.straight_spells import bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.reading import read_clip
@@ -279,7 +279,9 @@ def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
         turn = np.degrees(twist_angle(multiply(conjugate(q[:-1]), q[1:]), axis))
         panel.plot(frames[1:], turn, color=colour, lw=1.1, label=f"{find.joint} {word} °/frame")
     for sign in (-1, 1):
-        panel.axhline(sign * np.degrees(limit(motion.fps)), color=SOFT, lw=0.6, ls="--")
+        panel.axhline(
+            sign * np.degrees(largest_natural_turn(motion.fps)), color=SOFT, lw=0.6, ls="--"
+        )
 
 
 def _of_a_limb(

@@ -22,7 +22,7 @@ from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.detection import Interval
 from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.finding import KindSearch
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
@@ -40,7 +40,7 @@ def hinges_of(clip: ClipAnalysis) -> list[tuple[Chain, Hinge | None]]:
     """Return the chain of each knee and elbow, with its hinge, or None if the hinge is unknown."""
     middle = {limb.child for limb in clip.limbs}
     chains = [c for c in clip.chains if c.child in middle and c.ends]
-    return [(c, hinge_of(Witnesses.of(clip.motion, c))) for c in chains]
+    return [(c, hinge_of(ChainSignals.of(clip.motion, c))) for c in chains]
 
 
 def finds(clip: ClipAnalysis, motion: Motion) -> list[Interval]:

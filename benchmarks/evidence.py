@@ -25,8 +25,8 @@ from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Kind
-from twistcore.detection.evidence import Background, Find, Terms, Witnesses, terms_of
-from twistcore.detection.evidence.judgement import WEIGHTS, weighed
+from twistcore.detection.evidence import Background, ChainSignals, SuspectedError, Terms, terms_of
+from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
@@ -88,7 +88,7 @@ class Judged:
 
 def parts_of(terms: Terms) -> np.ndarray:
     """Return the terms of a score before weighting, in the order of the weights."""
-    own = weighed(terms)
+    own = unweighted_terms(terms)
     return np.array([own[name] for name in WEIGHTS])
 
 
@@ -101,8 +101,8 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
     applied = set(map(id, automatic_corrections(found)))
     for chain in found.chains:
         own = [i for i in found if i.chain == chain.name]
-        finds = [Find.of(i) for i in own]
-        background = Background.of(Witnesses.of(motion, chain), finds)
+        finds = [SuspectedError.of(i) for i in own]
+        background = Background.of(ChainSignals.of(motion, chain), finds)
         for interval, find in zip(own, finds, strict=True):
             verdicts = (
                 row["verdict"]
@@ -119,7 +119,7 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
             )
 
 
-def _alike(find: Find, start: int, stop: int) -> bool:
+def _alike(find: SuspectedError, start: int, stop: int) -> bool:
     shared = min(find.stop, stop) - max(find.start, start)
     return shared >= ALIKE * (max(find.stop, stop) - min(find.start, start))
 
@@ -141,8 +141,8 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
         found = analyse(bad).detect(kinds={Kind.COUNTER_TWIST})
         for chain in targets:
             own = [i for i in found if i.chain == chain.name]
-            finds = [Find.of(i) for i in own]
-            background = Background.of(Witnesses.of(bad, chain), finds)
+            finds = [SuspectedError.of(i) for i in own]
+            background = Background.of(ChainSignals.of(bad, chain), finds)
             for interval, find in zip(own, finds, strict=True):
                 true = any(e.chain == chain.name and _alike(find, e.start, e.stop) for e in errors)
                 if true and (interval.evidence or {}).get("follows") != STRAIGHT:

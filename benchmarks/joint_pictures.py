@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from benchmarks.atlas_pictures import FACES, INK, RIGHT, SOFT, WRONG, draw_bone, read_motion
 from benchmarks.atlas_pictures import plt as plots
 from twistcore.analysis.correction import refine
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import own_axis
 from twistcore.skeleton.chain import Chain
@@ -453,7 +453,7 @@ def _rolls_of(motion: Motion, scene: Scene) -> dict[str, Array]:
             word: twist_angle(motion.rotations[:, j], _bone_axis(motion, j))
             for word, j in zip(words, scene.path, strict=False)
         }
-    signals = Witnesses.of(motion, chain)
+    signals = ChainSignals.of(motion, chain)
     turned = (np.radians(np.cumsum(v)) for v in (signals.x, signals.roll_turns))
     named = zip(("joint", "next"), turned, strict=True)
     return {**dict(named), "azimuth of next": np.radians(signals.azimuth)}

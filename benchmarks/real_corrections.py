@@ -24,7 +24,7 @@ from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis, analyse
 from twistcore.analysis.correction.protected_measures import NAMES, Hinges, protected_measures
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval, Kind
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
@@ -49,7 +49,7 @@ def roughness(
     Roughness is the cost of second differences. Each angle is scaled by its usual size in the
     original clip.
     """
-    old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
+    old, new = ChainSignals.of(before, chain), ChainSignals.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
     for edge in (interval.start, interval.stop):
         at[max(edge - BESIDE, 1) : edge + BESIDE] = True

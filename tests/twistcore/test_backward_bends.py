@@ -12,7 +12,7 @@ from tests.twistcore.test_registry import run
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.batch import severity
 from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle, rotate
@@ -23,7 +23,7 @@ JOINTS = {"LeftUpLeg": "LeftLeg", "RightUpLeg": "RightLeg", "LeftArm": "LeftFore
 
 
 def hinge(motion, name):
-    return hinge_of(Witnesses.of(motion, CHAINS[name]))
+    return hinge_of(ChainSignals.of(motion, CHAINS[name]))
 
 
 def eased(frames, border):

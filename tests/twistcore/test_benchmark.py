@@ -14,7 +14,7 @@ from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -311,7 +311,7 @@ def test_the_hinge_repairs_a_bent_limb_and_takes_pronation_for_an_error():
     chains = {c.name: c for c in find_chains(motion)}
     thigh, hand = chains["LeftUpLeg"], chains["LeftForeArm"]
     frames = np.arange(motion.frames)
-    bent = frames[Witnesses.of(motion, thigh).bend > 15.0][:20]
+    bent = frames[ChainSignals.of(motion, thigh).bend > 15.0][:20]
     offset = np.zeros(motion.frames)
     offset[bent] = 0.5
     wrong = remove_twist(motion, [thigh], {thigh.name: -offset})

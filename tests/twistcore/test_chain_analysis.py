@@ -14,7 +14,12 @@ from twistcore.detection.consistency.chain_analysis import ChainAnalysis, FixedI
 from twistcore.detection.consistency.confidence import confidence
 from twistcore.detection.counter_twist.edges import find_edges
 from twistcore.detection.counter_twist.offsets import offsets_of
-from twistcore.detection.counter_twist.pairing import best_pairs, pair_table, running_sums, unpaired
+from twistcore.detection.counter_twist.pairing import (
+    best_pairs,
+    pair_table,
+    running_sums,
+    unpaired_jumps,
+)
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import wrap
 
@@ -46,7 +51,7 @@ def plain_intervals(chain, tau):
     for table in chain.tables:
         edges = table.edges
         pairs = best_pairs(table, tau, FPS)
-        for n, pair in enumerate(pairs + unpaired(table, pairs, tau)):
+        for n, pair in enumerate(pairs + unpaired_jumps(table, pairs, tau)):
             course = offsets_of([pair], table, chain.limb, ROW, chain.step)[0]
             at = [k for k in pair[:2] if k >= 0]
             sigma = math.sqrt(sum(edges.sigma[k] ** 2 for k in at))
@@ -123,12 +128,12 @@ def test_strength_is_that_of_events_and_of_edges_at_their_peaks(seed):
         at = chain.edges.peak[k]
         wanted[at] = max(wanted[at], abs(chain.edges.jump[k]))
     np.testing.assert_allclose(chain.strength(), wanted)
-    stood = chain.with_soft([standing(10, 20, 3.5, 12), standing(30, 40, 0.0, 31)], [])
+    stood = chain.with_soft([fixed(10, 20, 3.5, 12), fixed(30, 40, 0.0, 31)], [])
     wanted[12] = max(wanted[12], 3.5)
     np.testing.assert_allclose(stood.strength(), wanted)
 
 
-def standing(start, stop, strength, peak):
+def fixed(start, stop, strength, peak):
     return FixedInterval(Interval("Arm", start, stop, np.zeros(stop - start)), strength, peak)
 
 
@@ -143,7 +148,7 @@ def with_intervals(least=3):
 
 def test_what_stands_is_told_from_its_strength_on_among_the_others_by_start():
     chain, usual = with_intervals()
-    stood = chain.with_soft([standing(4, 9, 0.3, 5), standing(1, 3, 0.2, 2)], [])
+    stood = chain.with_soft([fixed(4, 9, 0.3, 5), fixed(1, 3, 0.2, 2)], [])
     assert frames(stood.intervals(0.05)) == sorted([*frames(usual), (4, 9), (1, 3)])
     higher = frames(stood.intervals(0.2))
     assert (1, 3) in higher
@@ -162,14 +167,14 @@ def test_where_soft_errors_stand_for_all_else_the_rest_gives_way():
         ((high, high + 4), False),
     ):
         soft = chain.with_soft([], [instead])
-        assert soft.gives_way(usual[1]) is gone
+        assert soft.is_replaced(usual[1]) is gone
         assert ((low, high) in frames(soft.intervals(0.05))) is not gone
         assert frames(soft.between_edges(0.05)) == frames(usual)
-    kept = chain.with_soft([standing(4, 9, 3.0, 5)], []).with_soft([standing(50, 60, 3.0, 51)], [])
-    assert [s.peak for s in kept.standing] == [5, 51]
-    kept = kept.with_soft([standing(8, 12, 3.0, 9)], [(8, 12)])
-    assert [s.peak for s in kept.standing] == [51, 9]
-    assert kept.instead == ((8, 12),)
+    kept = chain.with_soft([fixed(4, 9, 3.0, 5)], []).with_soft([fixed(50, 60, 3.0, 51)], [])
+    assert [s.peak for s in kept.fixed] == [5, 51]
+    kept = kept.with_soft([fixed(8, 12, 3.0, 9)], [(8, 12)])
+    assert [s.peak for s in kept.fixed] == [51, 9]
+    assert kept.replaced == ((8, 12),)
 
 
 def test_a_turn_of_one_joint_alone_is_open():

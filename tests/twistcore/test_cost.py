@@ -22,12 +22,12 @@ from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.pairing import Block
 from twistcore.detection.cuts import find_cuts
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Kind
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.lone_jumps import lone_jumps, own_axis
 from twistcore.detection.noise_bursts import noise_level, noise_near
-from twistcore.detection.soft_errors import budget_of, left_sentences, search, soft_intervals
+from twistcore.detection.soft_errors import budget_of, search, soft_intervals, unsearched_sentences
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.soft_onset import SOFT
 from twistcore.skeleton.motion import Motion
@@ -123,11 +123,11 @@ def test_a_table_of_pairs_keeps_only_what_gains() -> None:
 
 def test_the_signals_of_edges_of_any_width_take_bounded_memory() -> None:
     motion = read_bvh(ASSETS / "walk.bvh").motion
-    witnesses = Witnesses.of(motion, analyse(motion).chains[0])
+    witnesses = ChainSignals.of(motion, analyse(motion).chains[0])
     for width in range(1, motion.frames // 2):
         witnesses.beyond_pace("x", width)
     assert sum(len(v) for v in witnesses._series.values()) <= 1 << 18
-    again = Witnesses.of(motion, analyse(motion).chains[0]).beyond_pace("x", 1)
+    again = ChainSignals.of(motion, analyse(motion).chains[0]).beyond_pace("x", 1)
     assert np.array_equal(witnesses.beyond_pace("x", 1), again, equal_nan=True)
 
 
@@ -148,13 +148,13 @@ def test_lone_jumps_look_at_the_room_only_where_a_joint_turns_fast(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked = []
-    in_room = module._in_room
+    in_room = module._world_rotations
 
     def counted(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
         asked.append(len(at))
         return in_room(motion, joint, at)
 
-    monkeypatch.setattr(module, "_in_room", counted)
+    monkeypatch.setattr(module, "_world_rotations", counted)
     motion = read_bvh(ASSETS / "walk.bvh").motion
     chains = analyse(motion).chains
     assert not any(lone_jumps(motion, chains).values())
@@ -187,7 +187,7 @@ def test_a_search_whose_budget_is_spent_says_what_it_left(monkeypatch: pytest.Mo
 
 
 def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
-    sentences = left_sentences(
+    sentences = unsearched_sentences(
         {"LeftArm": [(3, 9), (20, 21)], "LeftForeArm": [(3, 9), (20, 21)], "LeftLeg": [(1, 2)] * 9}
     )
     assert names_in_one_line(sentences[0], "3–9, 20–21 (LeftArm, LeftForeArm)")

@@ -19,10 +19,10 @@ from twistcore.detection.soft_errors.natural_scale import fitted_share, natural_
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
-    course,
     filtered,
     fitted,
     guess,
+    level_courses,
     ramp,
 )
 from twistcore.synthesis.protocol import chain_increments
@@ -121,7 +121,7 @@ def test_kernels_are_a_ramp_and_a_zero_phase_butterworth():
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_level_that_was_softened_is_found_again(kernel):
-    truth = course(np.array([[0.5, 30.5, 61.5, 11.0]]), kernel, 100)[0]
+    truth = level_courses(np.array([[0.5, 30.5, 61.5, 11.0]]), kernel, 100)[0]
     start = guess(truth)
     assert start.size == pytest.approx(0.5, abs=0.06)
     away = Level(0.4, start.onset + 3.0, start.end - 3.0, 5.0)

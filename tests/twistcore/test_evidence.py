@@ -12,9 +12,15 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import judged, tempered
-from twistcore.detection.evidence import Background, Find, Witnesses, judgement_of, terms_of
+from twistcore.detection.evidence import (
+    Background,
+    ChainSignals,
+    SuspectedError,
+    judgement_of,
+    terms_of,
+)
+from twistcore.detection.evidence.chain_signals import ALONG
 from twistcore.detection.evidence.judgement import WEIGHTS
-from twistcore.detection.evidence.witnesses import ALONG
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import exponential, multiply, quaternion_from_axis_angle
@@ -28,11 +34,11 @@ def twisted(chain, degrees, start=START, stop=STOP, motion=WALK):
     """The motion with P twisted and C turned back; the find that takes it out."""
     offset = np.full(stop - start, -math.radians(degrees))
     wrong = Interval(chain.name, start, stop, offset)
-    return refine(motion, [chain], [wrong]), Find(start, stop, -np.degrees(offset))
+    return refine(motion, [chain], [wrong]), SuspectedError(start, stop, -np.degrees(offset))
 
 
 def judgement(motion, chain, find):
-    known = Witnesses.of(motion, chain)
+    known = ChainSignals.of(motion, chain)
     terms = terms_of(Background.of(known, [find]), find)
     return judgement_of(terms, chain.segment), terms
 
@@ -50,7 +56,7 @@ def test_what_a_silent_joint_tells_may_last_longer():
     chain = CHAINS["LeftForeArm"]
     drift = np.radians(30.0) * np.sin(np.linspace(0.0, math.pi, 150)) ** 2
     motion = refine(WALK, [chain], [Interval(chain.name, 100, 250, -drift)])
-    find = Find(100, 250, np.degrees(drift))
+    find = SuspectedError(100, 250, np.degrees(drift))
     lively, silent = (judgement(motion, chain, replace(find, silent=s))[0] for s in (False, True))
     assert lively.terms["long"] < 0.0 == silent.terms["long"]
     assert lively.terms["silent_joint"] < silent.terms["silent_joint"]
@@ -59,8 +65,8 @@ def test_what_a_silent_joint_tells_may_last_longer():
 def test_a_repair_that_takes_an_exact_hinge_apart_says_so():
     """The knee of the clip is one: its azimuth stands."""
     chain = CHAINS["LeftUpLeg"]
-    bent = int(np.argmax(Witnesses.of(WALK, chain).bend))
-    found, terms = judgement(WALK, chain, Find(bent - 5, bent + 5, np.full(10, 12.0)))
+    bent = int(np.argmax(ChainSignals.of(WALK, chain).bend))
+    found, terms = judgement(WALK, chain, SuspectedError(bent - 5, bent + 5, np.full(10, 12.0)))
     assert terms.side_spread < 3.0
     assert terms.off_after - terms.off_before == pytest.approx(12.0, abs=1.0)
     assert found.probability < 0.1
@@ -93,9 +99,9 @@ def test_a_twist_error_leaves_what_both_bones_turn_together():
 
 def test_no_confidence_is_above_what_the_evidence_gives():
     chain = CHAINS["LeftArm"]
-    known = Witnesses.of(WALK, chain)
+    known = ChainSignals.of(WALK, chain)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
-    find = Find(START, STOP, np.degrees(made_up.offset))
+    find = SuspectedError(START, STOP, np.degrees(made_up.offset))
     terms = terms_of(Background.of(known, []), find)
     doubted, _ = judged(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
@@ -120,15 +126,15 @@ def test_short_clips_have_evidence_too(frames):
     short = replace(WALK, rotations=WALK.rotations[:frames], positions=WALK.positions[:frames])
     for chain in find_chains(short):
         for start, stop in ((0, 1), (frames - 1, frames), (0, frames)):
-            find = Find(start, stop, np.full(stop - start, 10.0))
+            find = SuspectedError(start, stop, np.full(stop - start, 10.0))
             found, _ = judgement(short, chain, find)
             assert 0.0 <= found.probability <= 1.0
 
 
 def test_noise_and_the_hinge_are_told_first_and_also_where_the_score_is_low_without_them():
     chain = CHAINS["LeftUpLeg"]
-    bent = int(np.argmax(Witnesses.of(WALK, chain).bend))
-    _, terms = judgement(WALK, chain, Find(bent - 5, bent + 5, np.full(10, 50.0)))
+    bent = int(np.argmax(ChainSignals.of(WALK, chain).bend))
+    _, terms = judgement(WALK, chain, SuspectedError(bent - 5, bent + 5, np.full(10, 50.0)))
     noisy = replace(terms, noise=9.0, rate=20.0, together=20.0)
     found = judgement_of(noisy, chain.segment)
     assert sum(found.terms[name] for name in WEIGHTS) < -3.0
@@ -139,14 +145,14 @@ def test_noise_and_the_hinge_are_told_first_and_also_where_the_score_is_low_with
 def test_between_the_pieces_of_a_bone_no_joint_is_named():
     chain = replace(CHAINS["LeftArm"], ends=False, grandchild=-1)
     motion, find = twisted(CHAINS["LeftArm"], 20.0)
-    known = Witnesses.of(motion, chain)
+    known = ChainSignals.of(motion, chain)
     terms = replace(terms_of(Background.of(known, [find]), find), rate=20.0)
     assert not any("elbow" in d for d in judgement_of(terms, known.segment).doubts)
 
 
 def test_the_azimuth_counts_where_the_limb_is_bent_on_both_sides_of_a_turn():
     """Turn t leads from frame t - 1 to frame t."""
-    known = Witnesses.of(WALK, CHAINS["LeftArm"])
+    known = ChainSignals.of(WALK, CHAINS["LeftArm"])
     bent = known.sine > ALONG
     for width in (1, 4):
         own = known.bent(width)
@@ -194,7 +200,7 @@ def test_a_hinge_that_the_rig_makes_counts_of_a_limb_that_is_nearly_straight():
     bent = quaternion_from_axis_angle(hinge / np.linalg.norm(hinge), angle)
     rotations[:, chain.child] = multiply(bent, aligned)
     straight = WALK.with_rotations(rotations)
-    last = Find(WALK.frames - 1, WALK.frames, np.full(1, 15.0))
+    last = SuspectedError(WALK.frames - 1, WALK.frames, np.full(1, 15.0))
     found, terms = judgement(straight, chain, last)
     assert terms.off_after - terms.off_before == pytest.approx(15.0, abs=1.0)
     assert found.probability < 0.1

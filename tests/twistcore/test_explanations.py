@@ -16,10 +16,10 @@ from twistcore.detection.soft_errors.explanations import (
 )
 from twistcore.detection.soft_errors.softened_level import (
     Level,
-    course,
     filtered,
     fitted,
     guess,
+    level_courses,
     ramp,
 )
 
@@ -35,10 +35,10 @@ SHAPES = {
 def erring(seed, degrees, shape="ramps", start=60, frames=30, row=2, fps=120.0):
     """A measured surprise with an error in a row."""
     s = made(seed, fps=fps, cuts=())
-    s.take_out(row, start, -degrees * DEGREE * SHAPES[shape](frames))
-    s.look_again(row, start, start + frames)
+    s.remove_error(row, start, -degrees * DEGREE * SHAPES[shape](frames))
+    s.update_departures(row, start, start + frames)
     bad = np.zeros((s.rows, FRAMES), dtype=bool)
-    bad[s.beside(row), start : start + frames] = True
+    bad[s.neighbours(row), start : start + frames] = True
     s.measure(bad)
     return s
 
@@ -128,7 +128,7 @@ def plain_levels(stretch, length, middle):
     for wider in (1.0, 3.0):
         tried = []
         for begin, end, width in levels:
-            shape = course(np.array([[1.0, begin, end, width]]), ramp, stretch.frames)
+            shape = level_courses(np.array([[1.0, begin, end, width]]), ramp, stretch.frames)
             (size,) = told.sizes(told.departures(shape), wider)
             left = float((told.residuals(size * shape, wider) ** 2).sum())
             tried.append((left, float(size), begin, end, width))
@@ -141,7 +141,7 @@ def test_the_levels_that_are_fitted_are_the_likeliest_of_many(case):
     seed, degrees, shape, start, frames = case
     s = erring(seed, degrees, shape, start, frames)
     for low, many in ((max(start - 20, 0), 80), (max(start - 4, 0), 30)):
-        stretch = s.stretch(2, low, min(many, FRAMES - low))
+        stretch = s.local_departures(2, low, min(many, FRAMES - low))
         for place in seeds(s, 2, start + frames // 2, (0, 4)):
             found = _likely_levels(stretch, place.length, place.middle - low)
             wanted = plain_levels(stretch, place.length, place.middle - low)
@@ -149,7 +149,7 @@ def test_the_levels_that_are_fitted_are_the_likeliest_of_many(case):
             for (level, _), (plain, _) in zip(found, wanted, strict=True):
                 assert isinstance(level, Level)
                 assert level == pytest.approx(plain)
-    stretch = s.stretch(2, start, 12)
+    stretch = s.local_departures(2, start, 12)
     assert _likely_levels(stretch, 384, 6) == []
 
 
@@ -167,8 +167,8 @@ def plain_best(surprise, place, fit_below):
     reach = min(3 * place.length, 96)
     low = max(min(min(a for a, _ in spans) - margin, place.middle - reach), 0)
     high = min(max(max(b for _, b in spans) + margin, place.middle + reach), FRAMES)
-    stretch = surprise.stretch(row, low, high - low)
-    price = 4.0 * surprise.price_of_a_frame(high - low)
+    stretch = surprise.local_departures(row, low, high - low)
+    price = 4.0 * surprise.weight_per_frame(high - low)
 
     def left_by(shape):
         return float((stretch.residuals(shape[None]) ** 2).sum())

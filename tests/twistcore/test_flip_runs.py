@@ -12,7 +12,7 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import flip, flipped
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
-from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
+from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, why_unexplained
 from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.formats.bvh import read_bvh
@@ -183,7 +183,7 @@ def test_the_cheapest_explanation_is_that_of_all_ways(seed, fps):
             assert getattr(run, name) == pytest.approx(plain[name], abs=1e-7)
     runs = plain_runs(jumps, angle, height, capture, fps, wanted)
     for k, jump in enumerate(jumps):
-        why = left(jumps, jump, found, angle, height, capture, fps)
+        why = why_unexplained(jumps, jump, found, angle, height, capture, fps)
         assert why.cost == pytest.approx(plain_price_left(jump))
         spared = {}
         for n, run in enumerate(runs):
@@ -309,8 +309,8 @@ def test_a_limb_tells_why_a_jump_is_left():
     s = flips.swivel
     runs = explain(jumps, s.angle, s.height, flips.capture, flips.fps)
     for jump in jumps:
-        found = flips.left(jumps, jump)
-        wanted = left(jumps, jump, runs, s.angle, s.height, flips.capture, flips.fps)
+        found = flips.why_unexplained(jumps, jump)
+        wanted = why_unexplained(jumps, jump, runs, s.angle, s.height, flips.capture, flips.fps)
         assert (found.cost, found.price, found.spared) == (
             wanted.cost,
             wanted.price,

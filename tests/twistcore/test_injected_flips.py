@@ -11,7 +11,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
-from twistcore.detection.natural_events import NaturalEvent, limb_flips, with_events
+from twistcore.detection.natural_events import NaturalEvent, limb_flips, names_with_events
 from twistcore.errors import FormatError, TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -266,12 +266,12 @@ def test_a_flip_of_the_clips_own_takes_its_neighbours_out_of_the_audit():
         "chain": arm.name, "kind": "limb flip", "start": 5, "stop": 9, "degrees": 180.0
     }  # fmt: skip
     assert (event.joint, event.chain) == (arm.parent, arm.name)
-    out = with_events(WALK.skeleton, CHAINS, LIMBS, [event])
+    out = names_with_events(WALK.skeleton, CHAINS, LIMBS, [event])
     assert out == {arm.name, "LeftShoulder", "LeftArm", "LeftForeArm"}
     leg = next(limb for limb in LIMBS if limb.label == "Right leg")
     own = NaturalEvent("RightLeg", "flip", 5, 6, 90.0, leg.child)
-    assert with_events(WALK.skeleton, CHAINS, LIMBS, [own]) == {"RightLeg", leg.name}
-    assert with_events(WALK.skeleton, CHAINS, LIMBS, []) == frozenset()
+    assert names_with_events(WALK.skeleton, CHAINS, LIMBS, [own]) == {"RightLeg", leg.name}
+    assert names_with_events(WALK.skeleton, CHAINS, LIMBS, []) == frozenset()
 
 
 @pytest.mark.thorough

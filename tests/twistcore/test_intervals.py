@@ -18,13 +18,13 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.detection.interval import circular_median
-from twistcore.detection.lone_jumps import limit, lone_jumps, own_axis
+from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps, own_axis
 from twistcore.detection.natural_events import (
     NaturalEvent,
     flips,
     limb_flips,
+    names_with_events,
     natural_events,
-    with_events,
 )
 from twistcore.detection.paper import error_of, intervals_of_offset, running_offset
 from twistcore.formats.bvh import read_bvh
@@ -258,7 +258,7 @@ def test_flips_of_limbs_are_events_and_what_else_is_found_there_is_none():
 def test_an_event_of_a_limb_counts_for_the_chains_that_share_its_ends_and_back():
     def audited(*names):
         events = [NaturalEvent(n, "interval", 0, 1, 9.0, 0) for n in names]
-        return with_events(WALK.skeleton, CHAINS, LIMBS, events)
+        return names_with_events(WALK.skeleton, CHAINS, LIMBS, events)
 
     assert audited() == frozenset()
     for limb in LIMBS:
@@ -337,7 +337,9 @@ def test_lone_jumps_are_told_joint_by_joint(fps, turned):
                 "joint": i.joint,
                 "turn_deg": pytest.approx(math.degrees(i.residual)),
                 "speed_deg_s": pytest.approx(abs(math.degrees(i.residual)) * motion.fps),
-                "limit_deg_s": pytest.approx(math.degrees(limit(motion.fps)) * motion.fps),
+                "limit_deg_s": pytest.approx(
+                    math.degrees(largest_natural_turn(motion.fps)) * motion.fps
+                ),
             }
 
 
@@ -346,7 +348,7 @@ def test_lone_jumps_are_told_joint_by_joint(fps, turned):
     [(24.0, 120.0), (49.9, 120.0), (50.0, 150.0), (100.0, 75.0), (125.0, 60.0), (240.0, 60.0)],
 )
 def test_the_limit_is_a_speed_between_noise_and_what_a_slow_camera_proves(fps, degrees):
-    assert math.degrees(limit(fps)) == pytest.approx(degrees)
+    assert math.degrees(largest_natural_turn(fps)) == pytest.approx(degrees)
 
 
 def test_frames_that_follow_one_another_are_one_jump_as_fast_as_its_fastest():

@@ -245,7 +245,9 @@ def test_a_flip_that_is_not_sure_is_shown_and_not_applied(monkeypatch):
     for scale in (1.0, 15.5):
         departures = np.zeros(motion.frames)
         departures[[100, 101]] = np.radians([80.0, -75.0])
-        monkeypatch.setattr(flips, "scale", lambda *a, s=scale: np.full(len(a[3]), np.radians(s)))
+        monkeypatch.setattr(
+            flips, "natural_departures", lambda *a, s=scale: np.full(len(a[3]), np.radians(s))
+        )
         (flip,) = replace(analysis, departures=departures).intervals(1.0)
         unsure.append((flip.start, flip.stop, flip.evidence["odds"] < SURE, flip.open))
     # The jumps are none of the limb's: taken out, they make the elbow's path longer.

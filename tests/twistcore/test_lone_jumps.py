@@ -18,7 +18,7 @@ from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.analysis.correction.twist_removal import refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
-from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.report.clip_report import write_clip_report
@@ -92,9 +92,9 @@ def test_frames_one_after_the_other_are_one_jump_of_the_fastest():
 
 
 def test_the_limit_is_a_speed_but_not_of_noise_nor_of_slow_cameras():
-    assert np.degrees([limit(f) for f in (240.0, 120.0, 60.0, 30.0)]) == pytest.approx(
-        [60.0, 62.5, 125.0, 120.0]
-    )
+    assert np.degrees(
+        [largest_natural_turn(f) for f in (240.0, 120.0, 60.0, 30.0)]
+    ) == pytest.approx([60.0, 62.5, 125.0, 120.0])
     assert jumps_of(spun("LeftFoot", 100, 110, 55.0)) == []
     slow = prepare(WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"])
     assert jumps_of(spun("LeftFoot", 30, 40, 100.0, slow)) == []

@@ -18,7 +18,7 @@ from twistcore.detection.counter_twist.pairing import (
     best_pairs,
     pair_table,
     running_sums,
-    unpaired,
+    unpaired_jumps,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -112,7 +112,7 @@ def test_courses_are_sums_of_jumps_that_close(seed):
     edges, step = find_edges(counter, ROW)
     table = pair_table(edges, running_sums(counter, ROW, step), seed % 20, FRAMES - seed % 7)
     pairs = best_pairs(table, 0.5 * DEGREE, 60.0)
-    pairs += unpaired(table, pairs, 0.5 * DEGREE)
+    pairs += unpaired_jumps(table, pairs, 0.5 * DEGREE)
     for k, pair in enumerate(pairs):
         if min(pair[:2]) >= 0:  # whatever it followed, follow something else, too
             pairs.append(pair._replace(follows=(pair.follows + 1 + k % 2) % 3))

@@ -19,7 +19,7 @@ from twistcore.detection.counter_twist.pairing import (
     best_pairs,
     pair_table,
     running_sums,
-    unpaired,
+    unpaired_jumps,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -260,7 +260,7 @@ def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, 
             continue
         before = edges.stop[k] - 1 - table.low <= table.high - edges.start[k]
         wanted.append((-1, k, 0, edges.gain[k]) if before else (k, -1, 0, edges.gain[k]))
-    assert [tuple(p) for p in unpaired(table, pairs, tau)] == wanted
+    assert [tuple(p) for p in unpaired_jumps(table, pairs, tau)] == wanted
 
 
 def test_a_segment_without_edges_has_no_pairs():
@@ -268,7 +268,7 @@ def test_a_segment_without_edges_has_no_pairs():
     none = table_of(3, low=40, high=41)[2]
     for some in (none, table):
         assert best_pairs(some, 100.0, 30.0) == []
-        assert unpaired(some, [], 100.0) == []
+        assert unpaired_jumps(some, [], 100.0) == []
     assert none.blocks == ()
 
 
@@ -280,7 +280,7 @@ def test_the_shorter_side_is_told_to_the_frame(high, before):
         one, start=np.array([10]), stop=np.array([11]), gain=np.array([90.0]),
         jump=np.array([1.0]), primary=np.array([True]),
     )  # fmt: skip
-    (pair,) = unpaired(replace(table, edges=one, low=0, high=high, blocks=()), [], 0.01)
+    (pair,) = unpaired_jumps(replace(table, edges=one, low=0, high=high, blocks=()), [], 0.01)
     assert tuple(pair) == ((-1, 0, 0, 90.0) if before else (0, -1, 0, 90.0))
 
 
@@ -290,6 +290,6 @@ def test_a_jump_that_nothing_explains_is_told_if_both_signals_show_it_clearly(ga
     edges = table.edges
     one = edges[np.array([int(np.abs(edges.jump).argmax())])]
     one = replace(one, gain=np.array([gain]), primary=np.array([True]))
-    assert bool(unpaired(replace(table, edges=one, blocks=()), [], 0.01)) is told
+    assert bool(unpaired_jumps(replace(table, edges=one, blocks=()), [], 0.01)) is told
     hidden = replace(one, gain=np.array([90.0]), primary=np.array([False]))
-    assert not unpaired(replace(table, edges=hidden, blocks=()), [], 0.01)
+    assert not unpaired_jumps(replace(table, edges=hidden, blocks=()), [], 0.01)

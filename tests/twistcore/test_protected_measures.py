@@ -19,7 +19,7 @@ from twistcore.analysis.correction.protected_measures import (
 )
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains, make_chain
 from twistcore.skeleton.limb import find_limbs
@@ -28,7 +28,7 @@ WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)
 EVERY = (*CHAINS, *find_limbs(WALK, CHAINS))
 THIGH = next(c for c in CHAINS if c.name == "LeftUpLeg")
-BENT = int(np.argmax(Witnesses.of(WALK, THIGH).bend))
+BENT = int(np.argmax(ChainSignals.of(WALK, THIGH).bend))
 
 
 def interval(chain, degrees, start=BENT - 5, stop=BENT + 5, kind=Kind.COUNTER_TWIST, **more):
@@ -81,7 +81,7 @@ def test_a_joint_without_an_exact_hinge_is_on_none():
 
 
 def test_a_straight_limb_is_on_no_hinge():
-    straight = int(np.argmin(Witnesses.of(WALK, THIGH).bend))
+    straight = int(np.argmin(ChainSignals.of(WALK, THIGH).bend))
     assert HINGE not in measured(WALK, interval(THIGH.name, 12.0, straight, straight + 1))
 
 

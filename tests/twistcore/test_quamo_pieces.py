@@ -14,7 +14,7 @@ from twistcore.formats.bvh.compose import write_motion
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.network import untrained
-from twistcore.quamo.pieces import cuts_behind, pieces
+from twistcore.quamo.pieces import cuts_after, pieces
 from twistcore.quamo.track_clip import (
     check_place,
     chosen_joints,
@@ -67,7 +67,7 @@ def assert_same(found, expected):
 
 def test_a_clip_without_cuts_is_one_piece_and_one_with_a_cut_two():
     assert pieces(MOTION, 1) == ((1, MOTION.frames),)
-    assert cuts_behind(CUT, 0).tolist() == [150]
+    assert cuts_after(CUT, 0).tolist() == [150]
     assert pieces(CUT, 0) == ((0, 150), (150, 270))
     assert pieces(CUT, 3) == ((3, 150), (150, 270))
 
@@ -82,7 +82,7 @@ def test_across_a_cut_nothing_is_smeared(way):
 def test_a_rest_pose_at_the_end_stays_and_moves_nothing_before_it(way, length):
     rest = MOTION.sliced(0, 1)
     clip = joined(CAPTURE, *[rest] * length)
-    end = int(cuts_behind(clip, 0)[0])
+    end = int(cuts_after(clip, 0)[0])
     assert end == CAPTURE.frames
     found = way(clip)
     assert_same(found.sliced(end, clip.frames), clip.sliced(end, clip.frames))

@@ -10,10 +10,10 @@ import pytest
 
 from twistcore.detection.soft_errors.silent_joints import (
     _answered,
-    off_runs,
+    error_runs,
+    level_if_silent,
     silent_level,
     silent_sides,
-    standing_level,
 )
 
 DEGREE = math.pi / 180.0
@@ -61,7 +61,7 @@ def test_a_level_stands_where_it_does_for_most_frames(cuts):
         cut = np.zeros(frames, dtype=bool)
         at = [c for c in cuts if c < frames]
         cut[at] = True
-        found = standing_level(own, other, cut)
+        found = level_if_silent(own, other, cut)
         wanted = plain_standing(own.tolist(), other.tolist(), at)
         ended.add(wanted is None)
         if wanted is None:
@@ -81,7 +81,7 @@ def turns(frames=200, still=0.3, seed=0):
 
 
 def stands(own, other):
-    return standing_level(own, other, np.zeros(len(own), dtype=bool)) is not None
+    return level_if_silent(own, other, np.zeros(len(own), dtype=bool)) is not None
 
 
 def test_a_level_stands_only_beside_a_joint_that_moves():
@@ -122,7 +122,7 @@ def test_a_level_stands_for_three_in_a_hundred_frames(many, enough):
     level[::12] = level[1::12]
     level[50 : 50 + many] = 300.0 * DEGREE
     own = np.diff(level, prepend=0.0)
-    found = standing_level(own, other, np.zeros(200, dtype=bool))
+    found = level_if_silent(own, other, np.zeros(200, dtype=bool))
     assert (found is not None) == enough
     if enough:
         np.testing.assert_allclose(found, level - 300.0 * DEGREE, atol=1e-9)
@@ -164,24 +164,24 @@ def test_frames_in_which_a_level_is_off(seed):
         cuts = []
     cut = np.zeros(120, dtype=bool)
     cut[cuts] = True
-    found = off_runs(level, cut)
+    found = error_runs(level, cut)
     assert found == plain_runs(level.tolist(), cuts)
     assert all(type(v) is int for run in found for v in run)
 
 
 def test_a_level_that_stands_is_never_off():
     nowhere = np.zeros(40, dtype=bool)
-    assert off_runs(np.full(40, 0.1 * DEGREE), nowhere) == []
+    assert error_runs(np.full(40, 0.1 * DEGREE), nowhere) == []
     level = np.zeros(40)
     level[[0, 20, 39]] = 2.0 * DEGREE
-    assert off_runs(level, nowhere) == [(0, 3), (18, 23), (37, 40)]
+    assert error_runs(level, nowhere) == [(0, 3), (18, 23), (37, 40)]
     again = level.copy()
     again[22] = -2.0 * DEGREE  # parted by one frame
-    assert off_runs(again, nowhere) == [(0, 3), (18, 23), (20, 25), (37, 40)]
+    assert error_runs(again, nowhere) == [(0, 3), (18, 23), (20, 25), (37, 40)]
     for many in (7, 8):
         cut = nowhere.copy()
         cut[[15, 15 + many]] = True
-        found = off_runs(level, cut)
+        found = error_runs(level, cut)
         assert found == [(0, 3), *([(18, 15 + many)] if many > 7 else []), (37, 40)]
 
 
@@ -194,10 +194,12 @@ def read_only(x, y, count=1, cut=None):
     cut = np.zeros(frames, dtype=bool) if cut is None else cut
     limbs = SimpleNamespace(count=count, step=0.0)
 
-    def beside(row):
+    def neighbours(row):
         return [r for r in (row - count, row, row + count) if 0 <= r < rows]
 
-    return SimpleNamespace(x=x, y=y, rows=rows, frames=frames, cut=cut, limbs=limbs, beside=beside)
+    return SimpleNamespace(
+        x=x, y=y, rows=rows, frames=frames, cut=cut, limbs=limbs, neighbours=neighbours
+    )
 
 
 def plain_sides(x, y, count):

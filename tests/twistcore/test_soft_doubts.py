@@ -23,7 +23,7 @@ from twistcore.detection.soft_errors.soft_intervals import (
     _refresh,
     _stretches,
     _unnatural,
-    confidence,
+    soft_confidence,
     soft_interval,
 )
 from twistcore.detection.soft_errors.soft_search import gains
@@ -44,7 +44,7 @@ def test_a_soft_error_becomes_an_interval():
     found = soft_interval("LeftArm", error)
     assert (found.chain, found.start, found.stop, found.followed) == ("LeftArm", 40, 49, 0.6)
     assert found.offset is error.offset
-    assert (found.open, found.confidence) == (True, confidence(90.0))
+    assert (found.open, found.confidence) == (True, soft_confidence(90.0))
     assert {k: v for k, v in found.evidence.items() if k != "follows"} == {
         "gain": 90.0,
         "sigma_deg": pytest.approx(0.01 / DEGREE),
@@ -55,13 +55,13 @@ def test_a_soft_error_becomes_an_interval():
 
 
 def test_confidence_is_even_at_eighty_nats():
-    assert confidence(80.0) == 0.5
-    assert confidence(92.0) == pytest.approx(1.0 / (1.0 + math.exp(-1.0)))
-    assert confidence(45.0) == pytest.approx(1.0 / (1.0 + math.exp(35.0 / 12.0)))
-    assert confidence(80.0 + 12.0 * 30.0) == confidence(1e9)
-    assert confidence(80.0 - 12.0 * 30.0) == confidence(-1e9) > 0.0
-    assert confidence(80.0 - 12.0 * 29.0) > confidence(-1e9)
-    assert 1.0 - confidence(80.0 + 12.0 * 29.0) > 1.0 - confidence(1e9)
+    assert soft_confidence(80.0) == 0.5
+    assert soft_confidence(92.0) == pytest.approx(1.0 / (1.0 + math.exp(-1.0)))
+    assert soft_confidence(45.0) == pytest.approx(1.0 / (1.0 + math.exp(35.0 / 12.0)))
+    assert soft_confidence(80.0 + 12.0 * 30.0) == soft_confidence(1e9)
+    assert soft_confidence(80.0 - 12.0 * 30.0) == soft_confidence(-1e9) > 0.0
+    assert soft_confidence(80.0 - 12.0 * 29.0) > soft_confidence(-1e9)
+    assert 1.0 - soft_confidence(80.0 + 12.0 * 29.0) > 1.0 - soft_confidence(1e9)
 
 
 # What meets
@@ -127,8 +127,8 @@ def test_what_is_known_meets_an_error_in_its_chain_or_beside(row, start, meets):
 def test_frames_under_a_span_that_departs_too_far():
     s = made(5)
     for row, start in ((1, 30), (4, 100)):
-        s.take_out(row, start, np.full(9, 0.1))
-        s.look_again(row, start, start + 9)
+        s.remove_error(row, start, np.full(9, 0.1))
+        s.update_departures(row, start, start + 9)
     s.measure(bad_frames(s.rows))
     wanted = np.zeros((6, FRAMES), dtype=bool)
     for k, a in enumerate(s.at):
@@ -145,7 +145,7 @@ def test_frames_under_a_span_that_departs_too_far():
 
 def test_increments_are_told_anew_from_rotations_as_they_are():
     s = made(5)
-    s.take_out(2, 60, np.full(20, 0.2))
+    s.remove_error(2, 60, np.full(20, 0.2))
     _refresh(s)
     for row in range(6):
         k, i = divmod(row, 2)
@@ -160,8 +160,8 @@ def test_increments_are_told_anew_from_rotations_as_they_are():
 def taken(s, *errors, sign=1.0):
     s = copy.deepcopy(s)
     for e in errors:
-        s.take_out(e.row, e.start, sign * e.offset)
-        s.look_again(e.row, e.start, e.stop)
+        s.remove_error(e.row, e.start, sign * e.offset)
+        s.update_departures(e.row, e.start, e.stop)
     return s
 
 
@@ -245,8 +245,8 @@ def test_what_meets_stands_or_falls_together():
 def test_lively_errors_are_sought_again_with_what_was_found_out_of_the_scales(monkeypatch):
     s = made(8, cuts=())
     for row in (0, 3):
-        s.take_out(row, 60, np.full(12, 0.2))
-        s.look_again(row, 60, 72)
+        s.remove_error(row, 60, np.full(12, 0.2))
+        s.update_departures(row, 60, 72)
     bad = np.zeros((6, FRAMES), dtype=bool)
     bad[5, 20:25] = True
     told, limbs, joints = [], [], s.joints.copy()
@@ -267,7 +267,7 @@ def test_lively_errors_are_sought_again_with_what_was_found_out_of_the_scales(mo
         def explain(self, top):
             self.found = next(found)
             for e in self.found:
-                s.take_out(e.row, e.start, e.offset)
+                s.remove_error(e.row, e.start, e.offset)
 
         def left(self):
             return np.zeros(FRAMES, dtype=bool)
@@ -286,8 +286,8 @@ def test_lively_errors_are_sought_again_with_what_was_found_out_of_the_scales(mo
 
 def test_where_nothing_lively_is_found_it_is_not_sought_again(monkeypatch):
     s = made(8, cuts=())
-    s.take_out(3, 60, np.full(12, 0.2))
-    s.look_again(3, 60, 72)
+    s.remove_error(3, 60, np.full(12, 0.2))
+    s.update_departures(3, 60, 72)
     limbs = []
 
     class Stub:
@@ -340,7 +340,7 @@ def test_a_silent_joint_tells_what_was_known_wrongly(row):
 def test_an_error_of_lively_joints_stands_for_what_was_known_wrongly():
     s = made(3, cuts=())
     ramp = np.minimum(1.0, np.minimum(np.arange(1, 31), np.arange(30, 0, -1)) / 6.0)
-    s.take_out(2, 60, -0.4 * ramp)
+    s.remove_error(2, 60, -0.4 * ramp)
     _refresh(s)
     limbs = type(s.limbs)(s.joints, s.limbs.axes)
     (found,), replaced = soft_errors(limbs, s.fps, s.cut, [])
@@ -440,7 +440,7 @@ def test_what_is_found_is_judged_by_increments_as_captured(sought, monkeypatch):
         assert cut is s.cut
         return replace(error, unsure=True)
 
-    monkeypatch.setattr(soft_intervals, "judged", judge)
+    monkeypatch.setattr(soft_intervals, "marked_if_unsure", judge)
     sought.found = [soft(1, 100, 20, 0.3), soft(5, 180, 9, 0.3)]
     found, _ = soft_of(s, [Known(0, 30, np.full(9, 0.1))])
     assert [f.row for f in found] == [2, 1, 5]

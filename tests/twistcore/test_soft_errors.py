@@ -16,7 +16,7 @@ from twistcore.analysis.correction import automatic_corrections, refine, remove_
 from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, soft_errors
-from twistcore.detection.soft_errors.silent_joints import off_runs, silent_sides, standing_level
+from twistcore.detection.soft_errors.silent_joints import error_runs, level_if_silent, silent_sides
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import find_chains
@@ -78,7 +78,7 @@ def soft_in(found):
     return [
         s
         for c in found.chains.values()
-        for s in c.standing
+        for s in c.fixed
         if s.interval.evidence["follows"] == "a soft onset"
     ]
 
@@ -270,17 +270,17 @@ def test_a_joint_that_never_twists_is_silent_one_that_rests_is_not():
     turning = np.radians(0.5) * np.sin(np.arange(400) / 9.0)
     never = np.zeros(400)
     np.testing.assert_allclose(
-        standing_level(never, turning, np.zeros(len(never), dtype=bool)), 0.0
+        level_if_silent(never, turning, np.zeros(len(never), dtype=bool)), 0.0
     )
     rests = turning[::-1].copy()
     rests[100:200] = 0.0
-    assert standing_level(rests, turning, np.zeros(len(rests), dtype=bool)) is None
+    assert level_if_silent(rests, turning, np.zeros(len(rests), dtype=bool)) is None
     halts = turning[::-1].copy()
     halts[::25] = 0.0  # now and then, at its turning points as well
-    assert standing_level(halts, turning, np.zeros(len(halts), dtype=bool)) is None
+    assert level_if_silent(halts, turning, np.zeros(len(halts), dtype=bool)) is None
     both_rest = turning.copy()
     both_rest[100:300] = 0.0
-    assert standing_level(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool)) is None
+    assert level_if_silent(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool)) is None
 
 
 def test_the_level_of_a_silent_joint_is_that_of_most_frames():
@@ -289,16 +289,16 @@ def test_the_level_of_a_silent_joint_is_that_of_most_frames():
     level[150:240] = THIRTY * np.sin(np.linspace(0.0, np.pi, 90))
     silent = np.diff(level, prepend=0.0)
     np.testing.assert_allclose(
-        standing_level(silent, turning, np.zeros(len(silent), dtype=bool)), level, atol=1e-9
+        level_if_silent(silent, turning, np.zeros(len(silent), dtype=bool)), level, atol=1e-9
     )
     nowhere = np.zeros(400, dtype=bool)
-    ((start, stop),) = off_runs(level, nowhere)
+    ((start, stop),) = error_runs(level, nowhere)
     assert start <= 150
     assert stop >= 240
-    assert off_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
+    assert error_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
     cut = nowhere.copy()
     cut[200] = True
-    assert off_runs(level, cut) == [(start, 200), (200, stop)]
+    assert error_runs(level, cut) == [(start, 200), (200, stop)]
 
 
 def surprise_of(motion, name="LeftArm", cut=None):
@@ -378,13 +378,13 @@ def test_errors_are_taken_out_exactly_with_their_images():
     for s in (surprise, clean):
         s.measure(nowhere)
     before = [surprise.of(r, 90, 140) for r in surprise.limb(row)]
-    surprise.take_out(row, 100, SHAPES["noise"])
-    surprise.look_again(row, 100, 130)
+    surprise.remove_error(row, 100, SHAPES["noise"])
+    surprise.update_departures(row, 100, 130)
     np.testing.assert_allclose(surprise.x, clean.x, atol=1e-9)
     np.testing.assert_allclose(surprise.y, clean.y, atol=1e-9)
     assert sum(surprise.of(r, 90, 140) for r in surprise.limb(row)) < sum(before)
-    surprise.take_out(row, 100, -SHAPES["noise"])
-    surprise.look_again(row, 100, 130)
+    surprise.remove_error(row, 100, -SHAPES["noise"])
+    surprise.update_departures(row, 100, 130)
     np.testing.assert_allclose([surprise.of(r, 90, 140) for r in surprise.limb(row)], before)
 
 

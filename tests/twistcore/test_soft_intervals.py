@@ -112,13 +112,13 @@ def test_every_peak_beside_a_soft_error_has_a_reason(ramped):
 def test_intervals_between_jumps_give_way_where_a_soft_error_stands(ramped):
     own = analyse(ramped).by().chains["RightLeg"]
     given = Interval("RightLeg", 190, 240, np.full(50, 0.2))
-    assert own.gives_way(given)
-    assert not own.gives_way(Interval("RightLeg", 20, 40, np.full(20, 0.2)))
+    assert own.is_replaced(given)
+    assert not own.is_replaced(Interval("RightLeg", 20, 40, np.full(20, 0.2)))
 
 
 def test_below_tau_a_soft_error_is_named_at_its_peak(ramped):
     clip = analyse(ramped)
-    standing: tuple[FixedInterval, ...] = clip.by().chains["RightLeg"].standing
+    standing: tuple[FixedInterval, ...] = clip.by().chains["RightLeg"].fixed
     (error,) = standing
     found = clip.detect(tau_radians={"RightLeg": error.strength + 0.01})
     assert not [i for i in found if i.chain == "RightLeg" and i.start == error.interval.start]

@@ -57,9 +57,9 @@ def erring(seed, many=5):
         row, frames = 2 * int(rng.integers(0, 3)), int(rng.integers(4, 40))
         start = int(rng.integers(0, FRAMES - frames))
         size = rng.choice([-1, 1]) * rng.choice([3.0, 6.0, 20.0]) * DEGREE
-        s.take_out(row, start, -size * np.sin(np.linspace(0.1, 3.0, frames)))
-        s.look_again(row, start, start + frames)
-        bad[s.beside(row), start : start + frames] = True
+        s.remove_error(row, start, -size * np.sin(np.linspace(0.1, 3.0, frames)))
+        s.update_departures(row, start, start + frames)
+        bad[s.neighbours(row), start : start + frames] = True
     s.measure(bad)
     return s
 
@@ -78,8 +78,8 @@ def plain_seed(s, row, k, done, near=(0, FRAMES)):
 
 def without(s, error):
     taken = copy.deepcopy(s)
-    taken.take_out(error.row, error.start, error.offset)
-    taken.look_again(error.row, error.start, error.stop)
+    taken.remove_error(error.row, error.start, error.offset)
+    taken.update_departures(error.row, error.start, error.stop)
     return taken
 
 
@@ -242,8 +242,8 @@ def counted(monkeypatch, s, cost=10):
 def two_limbs(seed):
     s = erring(seed)
     for start in (20, 90):
-        s.take_out(3, start, np.full(14, 9.0 * DEGREE))
-        s.look_again(3, start, start + 14)
+        s.remove_error(3, start, np.full(14, 9.0 * DEGREE))
+        s.update_departures(3, start, start + 14)
     return s
 
 
@@ -317,7 +317,7 @@ def test_work_is_counted_by_departures():
     search = Search(s, [0, 2, 4])
     place = search.next()
     one = Explanations(s, place)
-    size = TO_BEGIN + len(one._stretch.u)
+    size = TO_BEGIN + len(one._departures.u)
     assert s.work == size
     one.best(math.inf)
     assert s.work == (1 + LEVELS) * size

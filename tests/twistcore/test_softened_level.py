@@ -12,10 +12,10 @@ from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
     all_fitted,
-    course,
     filtered,
     fitted,
     guess,
+    level_courses,
     ramp,
 )
 
@@ -46,7 +46,7 @@ def test_levels_are_looked_at_as_ramps_and_as_filtered_ones():
 @pytest.mark.parametrize("kernel", [ramp, filtered])
 def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
     levels = np.array([[0.5, 9.0, 21.0, 4.0], [-0.2, -3.0, 30.5, 11.0], [1.0, 5.0, 9.0, 0.1]])
-    found = course(levels, kernel, 40)
+    found = level_courses(levels, kernel, 40)
     assert found.shape == (3, 40)
     for row, (size, onset, end, width) in zip(found, levels, strict=True):
         width = max(width, 0.5)
@@ -56,7 +56,7 @@ def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
 
 
 def test_a_course_by_hand():
-    (found,) = course(np.array([[2.0, 3.0, 8.0, 4.0]]), ramp, 12)
+    (found,) = level_courses(np.array([[2.0, 3.0, 8.0, 4.0]]), ramp, 12)
     wanted = [0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
     wanted[5:7] = [1.0, 1.0]
     wanted[7:10] = [0.75, 0.5, 0.25]
@@ -84,7 +84,7 @@ def plain_guess(offset):
 def test_a_level_is_guessed_by_where_an_offset_is_half_as_large(seed):
     rng = np.random.default_rng(seed)
     level = np.array([[rng.choice([-1, 1]) * rng.uniform(0.1, 2.0), 20.0, 45.0, 3.0 + 3.0 * seed]])
-    (offset,) = course(level, ramp, FRAMES) + 0.01 * rng.standard_normal(FRAMES)
+    (offset,) = level_courses(level, ramp, FRAMES) + 0.01 * rng.standard_normal(FRAMES)
     found = guess(offset)
     assert found == pytest.approx(plain_guess(offset.tolist()))
     assert isinstance(found, Level)
@@ -117,21 +117,21 @@ def residuals_of(wanted, spread=0.02, cap=math.inf):
 def test_the_level_is_found_that_leaves_the_least(kernel, seed):
     rng = np.random.default_rng(seed)
     truth = np.array([0.6, 22.3, 51.7, 9.4])
-    (clean,) = course(truth[None], kernel, FRAMES)
+    (clean,) = level_courses(truth[None], kernel, FRAMES)
     of = residuals_of(clean + 0.02 * rng.standard_normal(FRAMES))
     start = Level(0.45, 20.0, 54.0, 7.0)
     shape, left = fitted(start, kernel, FRAMES, of, 1.0)
     best = least_squares(
-        lambda v: of(course(v[None], kernel, FRAMES))[0], truth, x_scale=[0.03, 1, 1, 1]
+        lambda v: of(level_courses(v[None], kernel, FRAMES))[0], truth, x_scale=[0.03, 1, 1, 1]
     )
     assert left == pytest.approx(2.0 * best.cost, abs=0.5)
     assert left == pytest.approx(float((of(shape[None])[0] ** 2).sum()))
-    np.testing.assert_allclose(shape, course(best.x[None], kernel, FRAMES)[0], atol=0.02)
+    np.testing.assert_allclose(shape, level_courses(best.x[None], kernel, FRAMES)[0], atol=0.02)
 
 
 def test_what_fits_exactly_is_left_as_it_is():
     start = Level(0.6, 22.0, 51.0, 9.0)
-    (wanted,) = course(np.array([start]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([start]), ramp, FRAMES)
     shape, left = fitted(start, ramp, FRAMES, residuals_of(wanted), 1.0)
     np.testing.assert_allclose(shape, wanted, atol=1e-12)
     assert left == pytest.approx(0.0, abs=1e-12)
@@ -148,7 +148,7 @@ def test_what_fits_exactly_is_left_as_it_is():
     ],
 )
 def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
-    (wanted,) = course(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -161,7 +161,7 @@ def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
 
 
 def test_wide_scales_lead_where_every_residual_is_at_its_cap():
-    (wanted,) = course(np.array([[1.0, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[1.0, 22.0, 51.0, 9.0]]), ramp, FRAMES)
     of = residuals_of(wanted, 0.01, cap=3.0)
     start = Level(0.5, 10.0, 65.0, 5.0)
     _, alone = fitted(start, ramp, FRAMES, of, 1.0)
@@ -177,7 +177,7 @@ def steps_of(kernel, start, of, frames):
     at = tried = number
     damping, best, asked = 0.01, math.inf, 0
     for turn in range(12):
-        left = of(course((tried * scales)[None], kernel, frames), 1.0)[0]
+        left = of(level_courses((tried * scales)[None], kernel, frames), 1.0)[0]
         asked += 1
         value = float(sum(v * v for v in left))
         if value < best:
@@ -190,7 +190,7 @@ def steps_of(kernel, start, of, frames):
                 by = 1e-3 * max(abs(at[k]), 1.0)
                 beside = at.copy()
                 beside[k] += by
-                moved = of(course((beside * scales)[None], kernel, frames), 1.0)[0]
+                moved = of(level_courses((beside * scales)[None], kernel, frames), 1.0)[0]
                 slopes.append((moved - left) / by)
             asked += 1
             curvature = [[float(a @ b) for a in slopes] for b in slopes]
@@ -203,7 +203,7 @@ def steps_of(kernel, start, of, frames):
         for k in range(4):
             damped[k, k] += damping * (curvature[k][k] + 1e-9)
         tried = at - np.linalg.solve(damped, down)
-    return course((at * scales)[None], kernel, frames)[0], best, asked
+    return level_courses((at * scales)[None], kernel, frames)[0], best, asked
 
 
 @pytest.mark.parametrize("kernel", [ramp, filtered])
@@ -213,7 +213,7 @@ def steps_of(kernel, start, of, frames):
 )
 def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
     rng = np.random.default_rng(5)
-    (wanted,) = course(np.array([[0.6, 22.3, 51.7, 9.4]]), kernel, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.3, 51.7, 9.4]]), kernel, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, cap), []
 
     def noted(courses, wider):
@@ -229,7 +229,7 @@ def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
 
 
 def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
-    (wanted,) = course(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -243,7 +243,7 @@ def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
 
 def test_many_starts_lead_where_each_leads_alone_with_fewer_calls():
     rng = np.random.default_rng(7)
-    (wanted,) = course(np.array([[0.6, 22.3, 51.7, 9.4]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.3, 51.7, 9.4]]), ramp, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, 8.0), []
 
     def noted(courses, wider):

@@ -15,7 +15,7 @@ from twistcore.detection.straight_limbs.straight_claims import (
     _without,
     without_errors,
 )
-from twistcore.detection.straight_limbs.straight_intervals import confidence, interval_of
+from twistcore.detection.straight_limbs.straight_intervals import interval_of, straight_confidence
 from twistcore.detection.straight_limbs.straight_spells import Bend, Spell, StraightError
 from twistcore.skeleton.rotation import multiply, wrap
 
@@ -135,10 +135,10 @@ def test_errors_add_up_to_an_offset():
 def test_confidence_grows_with_strength_and_with_how_alike_both_turns_are():
     one = error(turns=(0.4, -0.3), size=16.0 * DEGREE)
     score = math.log(2.0) + 3.0 * 0.75
-    assert confidence(one) == pytest.approx(1.0 / (1.0 + math.exp(-score)))
+    assert straight_confidence(one) == pytest.approx(1.0 / (1.0 + math.exp(-score)))
     found = interval_of("LeftLeg", one)
     assert (found.chain, found.start, found.stop) == ("LeftLeg", 5, 9)
-    assert found.confidence == confidence(one)
+    assert found.confidence == straight_confidence(one)
     assert {k: v for k, v in found.evidence.items() if k != "follows"} == {
         "bent_sides": 2, "transition": 6,
         "transition_x_deg": pytest.approx(0.4 / DEGREE),

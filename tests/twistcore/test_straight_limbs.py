@@ -185,7 +185,7 @@ def test_nothing_tells_where_the_limb_is_never_bent():
     clean = clean.with_rotations(q)
     motion = erring(clean, sum(level(clean, s) for s in spells(clean)))
     found = ClipAnalysis(motion, [thigh(motion)]).by().chains["LeftUpLeg"]
-    told = [s.interval.explain() for s in found.standing]
+    told = [s.interval.explain() for s in found.fixed]
     assert "a straight limb" not in {t["follows"] for t in told}
 
 
@@ -236,7 +236,7 @@ def test_the_judge_sees_a_bent_limb_that_was_changed():
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball", "kick"])
 def test_clips_without_such_an_error_have_none(name):
     chains = analyse(read_bvh(ASSETS / f"{name}.bvh")).by().chains
-    assert {n: c.standing for n, c in chains.items() if c.standing} == {}
+    assert {n: c.fixed for n, c in chains.items() if c.fixed} == {}
 
 
 def test_explained_in_words(tmp_path, capsys):

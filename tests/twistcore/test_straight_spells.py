@@ -8,7 +8,7 @@ import pytest
 from tests.tiers import parametrize
 from twistcore.detection.runs import runs
 from twistcore.detection.straight_limbs.straight_claims import _is_nearer_hinge, _Jumping
-from twistcore.detection.straight_limbs.straight_course import course, scale_of
+from twistcore.detection.straight_limbs.straight_course import error_course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,
@@ -95,7 +95,7 @@ def plain_course(increments, scales, start, stop, low, high, fps):
 def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
     increments, s = signals(seed, fps), spell_of(seed)
     scales = scale_of(increments[0]), 1.7 * scale_of(increments[1])
-    found = course(increments, scales, s.start, s.stop, s.low, s.high, fps)
+    found = error_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
     wanted = plain_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
     np.testing.assert_allclose(found, wanted, atol=2e-6)
     assert np.abs(wanted).max() > 3.0 * DEGREE
@@ -105,7 +105,7 @@ def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
 def test_a_course_of_few_frames(n):
     increments = signals(0, 120.0)
     scales = scale_of(increments[0]), scale_of(increments[1])
-    found = course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
+    found = error_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     wanted = plain_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     np.testing.assert_allclose(found, wanted, atol=1e-7)
 

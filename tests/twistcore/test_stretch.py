@@ -8,7 +8,7 @@ import pytest
 from tests.twistcore.test_soft_errors import SHAPES, clip, erring, surprise_of
 from twistcore.detection.soft_errors.explanations import FREE_AT, Explanations, Seed
 from twistcore.detection.soft_errors.natural_scale import cost
-from twistcore.detection.soft_errors.softened_level import course, ramp
+from twistcore.detection.soft_errors.softened_level import level_courses, ramp
 from twistcore.detection.soft_errors.surprise import LONGEST
 
 ROW, START, MIDDLE = "LeftArm", 150, 165
@@ -51,8 +51,8 @@ def one_by_one(surprise, row, low, courses, wider, shortest):
 def test_residuals_of_a_stretch_are_those_of_its_spans(measured, low, wider, shortest):
     surprise, row = measured
     low %= surprise.frames
-    courses = course(LEVELS, ramp, 32)
-    found = surprise.stretch(row, low, 32).longer(shortest).residuals(courses, wider)
+    courses = level_courses(LEVELS, ramp, 32)
+    found = surprise.local_departures(row, low, 32).longer(shortest).residuals(courses, wider)
     expected = one_by_one(surprise, row, low, courses, wider, shortest)
     assert found.shape == expected.shape
     assert found.shape[1] > 50
@@ -61,7 +61,7 @@ def test_residuals_of_a_stretch_are_those_of_its_spans(measured, low, wider, sho
 
 def test_no_span_tells_of_a_stretch_when_all_are_too_short(measured):
     surprise, row = measured
-    stretch = surprise.stretch(row, 100, 32).longer(1000.0)
+    stretch = surprise.local_departures(row, 100, 32).longer(1000.0)
     assert stretch.residuals(np.ones((2, 32))).shape == (2, 0)
 
 
@@ -103,9 +103,9 @@ def plain_size(stretch, by, wider):
 @pytest.mark.parametrize("wider", [1.0, 3.0])
 def test_how_many_times_a_course_is_there(measured, wider):
     surprise, row = measured
-    stretch = surprise.stretch(row, 140, 50)
+    stretch = surprise.local_departures(row, 140, 50)
     levels = np.array([[1.0, 12.0, 36.0, 8.0], [1.0, 4.0, 20.0, 3.0], [1e-9, 9.0, 15.0, 3.0]])
-    by = stretch.departures(course(levels, ramp, 50))
+    by = stretch.departures(level_courses(levels, ramp, 50))
     found = stretch.sizes(by, wider)
     assert found.shape == (3,)
     for size, own in zip(found, by, strict=True):

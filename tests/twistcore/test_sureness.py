@@ -17,8 +17,8 @@ from twistcore.detection.consistency.confidence import confidence
 from twistcore.detection.consistency.detector import _by_itself, _limbs, find_jumps
 from twistcore.detection.soft_errors import Known, soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
-from twistcore.detection.soft_errors.soft_error import SoftError, judged
-from twistcore.detection.soft_errors.softened_level import course, ramp
+from twistcore.detection.soft_errors.soft_error import SoftError, marked_if_unsure
+from twistcore.detection.soft_errors.softened_level import level_courses, ramp
 from twistcore.skeleton.chain import find_chains
 
 RNG = np.random.default_rng(5)
@@ -35,7 +35,7 @@ def natural(amount=2.0):
 def sureness(own, other, offset, start=120):
     """Whether an error that silent C shows would be corrected unasked."""
     error = SoftError(0, start, offset, 200.0, 1e-3)
-    return not judged(error, other, own, NOWHERE, -1, last=False).unsure
+    return not marked_if_unsure(error, other, own, NOWHERE, -1, last=False).unsure
 
 
 def test_what_p_turns_back_is_an_error_and_what_it_knows_nothing_of_is_none():
@@ -93,7 +93,7 @@ def test_what_a_straight_limb_tells_no_soft_error_moves():
 def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     motion = clip("walk.bvh", "rich")
     low, high = 130, 220
-    shape = course(np.array([[1.0, 30.0, 60.0, 8.0]]), ramp, high - low)
+    shape = level_courses(np.array([[1.0, 30.0, 60.0, 8.0]]), ramp, high - low)
     offset = np.radians(50.0) * shape[0]
     offset[20:26] += np.radians(90.0)  # and a glitch that is none of the level's
     _, dirty = erring(motion, "LeftArm", low, offset)
@@ -101,7 +101,7 @@ def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     bad = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     bad[:, low:high] = True
     surprise.measure(bad)
-    stretch = surprise.stretch(rows["LeftArm"], low, high - low)
+    stretch = surprise.local_departures(rows["LeftArm"], low, high - low)
     (size,) = stretch.sizes(stretch.departures(shape))
     assert abs(np.degrees(size) - 50.0) < 2.5
 

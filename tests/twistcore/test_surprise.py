@@ -229,7 +229,14 @@ def test_a_bridge_at_a_clips_ends_has_the_slopes_that_are_left(start, stop, reac
 def test_rows_are_chains_of_limbs():
     s = made()
     assert (s.rows, s.frames) == (6, FRAMES)
-    assert [s.beside(r) for r in range(6)] == [[0, 2], [1, 3], [0, 2, 4], [1, 3, 5], [2, 4], [3, 5]]
+    assert [s.neighbours(r) for r in range(6)] == [
+        [0, 2],
+        [1, 3],
+        [0, 2, 4],
+        [1, 3, 5],
+        [2, 4],
+        [3, 5],
+    ]
     assert [s.limb(r) for r in (0, 1, 3, 4)] == [[0, 2, 4], [1, 3, 5], [1, 3, 5], [0, 2, 4]]
     assert not s.x[:, s.cut].any()
     assert not s.y[:, s.cut].any()
@@ -271,10 +278,10 @@ def test_an_error_is_taken_out_with_its_images_and_seen_anew(moving, row, start,
         turn = np.array([math.cos(0.5 * offset[n]), *(math.sin(0.5 * offset[n]) * axis)])
         wanted[k, i, t] = multiply(wanted[k, i, t], turn * [1.0, -1.0, -1.0, -1.0])
         wanted[k + 1, i, t] = multiply(turn, wanted[k + 1, i, t])
-    s.take_out(row, start, offset)
+    s.remove_error(row, start, offset)
     np.testing.assert_allclose(s.joints, wanted, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(s.joints, axis=-1), 1.0, atol=1e-15)
-    s.look_again(row, start, start + frames)
+    s.update_departures(row, start, start + frames)
     assert_measured(s, natural)
 
 
@@ -304,14 +311,14 @@ def test_the_surprise_of_a_stretch_is_that_of_the_spans_that_meet_it(fps):
                         wanted += weight_of(a) * plain_cost(a.u[at] / a.spread[at])
                         wanted += weight_of(a) * plain_cost(a.total[at] / n.sigma_sum[at])
         assert s.of(row, low, high) == pytest.approx(wanted)
-        assert s.price_of_a_frame(high - low) == pytest.approx(price)
+        assert s.weight_per_frame(high - low) == pytest.approx(price)
 
 
 def test_gains_are_what_probes_say_that_depart_far_enough():
     s = made(6)
     for row, start in ((1, 30), (4, 90), (4, 110)):
-        s.take_out(row, start, np.full(9, 0.1))
-        s.look_again(row, start, start + 9)
+        s.remove_error(row, start, np.full(9, 0.1))
+        s.update_departures(row, start, start + 9)
     s.measure(bad_frames(s.rows))
     said = 0
     for k, a in enumerate(s.at):
@@ -330,8 +337,8 @@ def test_gains_are_what_probes_say_that_depart_far_enough():
 @pytest.mark.parametrize(("start", "frames"), [(40, 20), (3, 10), (120, 25), (80, 3), (60, 40)])
 def test_what_is_left_of_a_seed_once_an_error_is_taken_out(start, frames):
     s = made(7)
-    s.take_out(2, 50, np.full(9, 0.1))
-    s.look_again(2, 50, 59)
+    s.remove_error(2, 50, np.full(9, 0.1))
+    s.update_departures(2, 50, 59)
     s.measure(bad_frames(s.rows))
     rng = np.random.default_rng(start)
     for row in range(s.rows):
@@ -356,8 +363,8 @@ def test_what_is_left_of_a_seed_once_an_error_is_taken_out(start, frames):
 def test_what_departs_by_less_than_is_asked_for_is_no_seed_however_quiet_it_is_there():
     """Of each position by itself: another one in the same span may depart far."""
     s = made(7)
-    s.take_out(2, 50, np.full(9, 0.1))
-    s.look_again(2, 50, 59)
+    s.remove_error(2, 50, np.full(9, 0.1))
+    s.update_departures(2, 50, 59)
     s.measure(bad_frames(s.rows))
     nothing, most, small = np.full(20, 1e-9), 0.0, 0
     for a in s.at:

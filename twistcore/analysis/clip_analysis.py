@@ -25,17 +25,17 @@ from twistcore.detection.all_joints.body_steps import BodyStep, body_steps
 from twistcore.detection.capture_faults import at_body_step, frozen_sentence, outside_chains
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
-    RollsOfChains,
+    CarriedRollTest,
     analyse_carried_rolls,
 )
 from twistcore.detection.constant_offsets import constant_offsets, offsets_from
 from twistcore.detection.cuts import border_notes
-from twistcore.detection.finding import KindSearch, found_by
+from twistcore.detection.finding import KindSearch, intervals_of_kind
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
-from twistcore.detection.soft_errors import left_sentences
+from twistcore.detection.soft_errors import unsearched_sentences
 from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.skeleton.body import Body, Unexamined
@@ -367,7 +367,7 @@ class ClipAnalysis:
         if chains == self._of_limbs:
             found = [self.shown(kind) for kind in kinds]
         else:
-            found = [found_by(k, replace(self.search(""), chosen=chains)) for k in kinds]
+            found = [intervals_of_kind(k, replace(self.search(""), chosen=chains)) for k in kinds]
         bursts, frozen = (sum(map(len, own.values())) for own in found)
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
@@ -430,7 +430,7 @@ class ClipAnalysis:
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
             try:
-                found = found_by(kind, self.search(by))
+                found = intervals_of_kind(kind, self.search(by))
             except TwistError as error:
                 if kind.built_in:
                     raise
@@ -542,7 +542,7 @@ class ClipAnalysis:
 
     @cached_property
     def _often_jumping(self) -> tuple[str, ...]:
-        return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
+        return self._with_many(intervals_of_kind(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
         """Return the people with many of the given jumps, which are keyed by chain name."""
@@ -943,7 +943,7 @@ class Detection:
             self.analysis.kept(self.method), "left", {}
         )
         looked_at = {name: spans for name, spans in left.items() if name in self.tau}
-        notes = (*notes, *(Note(UNSEARCHED, said) for said in left_sentences(looked_at)))
+        notes = (*notes, *(Note(UNSEARCHED, said) for said in unsearched_sentences(looked_at)))
         notes = (*notes, *(Note(UNSEARCHED, f"{why}.") for why in self.analysis.failed_kinds))
         return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
 

@@ -21,7 +21,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
 from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.network import read_network
-from twistcore.quamo.pose_files import holds_poses
+from twistcore.quamo.pose_files import is_pose_file
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
@@ -52,7 +52,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     _refuse_of_other_method(arguments, method)
     if arguments.where == "noisy":
         return _smooth_bursts(arguments, clip)
-    unit = 1.0 if holds_poses(arguments.clip) else arguments.unit  # poses are in metres
+    unit = 1.0 if is_pose_file(arguments.clip) else arguments.unit  # poses are in metres
     spline = method == "spline"
     gains = None if spline else _hand_gains(arguments, motion.frame_time)
     cutoff = arguments.cutoff or usual_cutoff(motion.frame_time)
@@ -128,7 +128,7 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     )
     for (start, stop), own in bursts.items():
         remark(f"  frames {start}–{stop}: {_listed(own)}")
-    unit = 1.0 if holds_poses(arguments.clip) else arguments.unit
+    unit = 1.0 if is_pose_file(arguments.clip) else arguments.unit
     _tell_quality(motion, made, first, unit)
     return 0
 
@@ -149,7 +149,7 @@ def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) 
 
 
 def _read(arguments: argparse.Namespace) -> Clip:
-    if holds_poses(arguments.clip):
+    if is_pose_file(arguments.clip):
         clip = read_poses(
             arguments.clip,
             template=arguments.template,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.quamo.pieces import cuts_behind
+from twistcore.quamo.pieces import cuts_after
 from twistcore.quamo.response import overshoots, response_words, steady_lags
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import TrackedMotion
@@ -22,7 +22,7 @@ SPLINE_WAY = (
 def cuts_as_text(motion: Motion, first: int) -> str:
     """Return text such as 'cuts at frames 120, 300–305' (305 excluded), or '' without cuts."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
-    cut[cuts_behind(motion, first)] = True
+    cut[cuts_after(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
 
 

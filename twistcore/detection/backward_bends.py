@@ -17,7 +17,7 @@ import numpy as np
 from twistcore.detection.all_joints.finders import find_joint_jumps, find_spikes
 from twistcore.detection.all_joints.joint_steps import StepLimits
 from twistcore.detection.capture_faults import find_bursts
-from twistcore.detection.evidence import Witnesses, usual_side
+from twistcore.detection.evidence import ChainSignals, usual_side
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint, find_lone_jumps
@@ -77,7 +77,7 @@ class Hinge:
                 yield start, stop, float(back[start:stop].max())
 
 
-def hinge_of(signals: Witnesses) -> Hinge | None:
+def hinge_of(signals: ChainSignals) -> Hinge | None:
     """Return the hinge at the child joint of a chain, given the signals of the chain.
 
     The result is None if the clip does not show to which side the joint bends.
@@ -111,7 +111,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     for chain in search.chains:
         if chain.child not in middle or not chain.ends:
             continue
-        if (hinge := hinge_of(Witnesses.of(motion, chain))) is None:
+        if (hinge := hinge_of(ChainSignals.of(motion, chain))) is None:
             continue
         own = owner[chain.child]
         for start, stop, back in hinge.backward(shortest):

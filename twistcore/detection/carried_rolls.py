@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.consistency.detector import analyse_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
-from twistcore.detection.evidence.witnesses import PACE, Mask, Witnesses, keep_few, wrapped
+from twistcore.detection.evidence.chain_signals import PACE, ChainSignals, Mask, keep_few, wrapped
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.chain import Chain
@@ -54,7 +54,7 @@ class CarriedRolls:
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
-    signals: Mapping[str, Witnesses]
+    signals: Mapping[str, ChainSignals]
     _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by detected interval
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
@@ -77,22 +77,22 @@ class CarriedRolls:
 
 
 @dataclass(frozen=True, eq=False)
-class RollsOfChains:
+class CarriedRollTest:
     """A test that finds out which counter-twists of a motion are carried rolls.
 
     The signals of a chain are computed on first use. In a long clip, only the latest few are kept.
     """
 
     motion: Motion
-    _signals: dict[str, Witnesses] = field(default_factory=dict)
+    _signals: dict[str, ChainSignals] = field(default_factory=dict)
 
-    def along(self, chain: Chain, twist: Interval) -> bool:
+    def is_carried(self, chain: Chain, twist: Interval) -> bool:
         """Return True if the child rolls with the parent in a detected counter-twist of a chain."""
-        if not may_carry(chain):
+        if not can_have_carried_rolls(chain):
             return False
         if chain.name not in self._signals:
             known = keep_few(self._signals, self.motion.frames, fewest=2)
-            known[chain.name] = Witnesses.of(self.motion, chain)
+            known[chain.name] = ChainSignals.of(self.motion, chain)
         return is_carried(self._signals[chain.name], twist)
 
 
@@ -107,8 +107,8 @@ def analyse_carried_rolls(
     """
     signals = {}
     for chain in chains:
-        if may_carry(chain):
-            own = Witnesses.of(motion, chain)
+        if can_have_carried_rolls(chain):
+            own = ChainSignals.of(motion, chain)
             if _has_edge(own):
                 signals[chain.name] = own.detached(), chain
     rotations = motion.rotations if reuse else motion.rotations.copy()
@@ -125,7 +125,7 @@ def analyse_carried_rolls(
     return CarriedRolls(known, {name: own for name, (own, _) in signals.items()})
 
 
-def may_carry(chain: Chain) -> bool:
+def can_have_carried_rolls(chain: Chain) -> bool:
     """Return True if carried rolls can be found in a chain.
 
     The chain must have a grandchild joint, whose position shows the azimuth, and constant bones.
@@ -140,9 +140,9 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
 
     The mask is False everywhere if carried rolls cannot be found in the chain.
     """
-    if not may_carry(chain):
+    if not can_have_carried_rolls(chain):
         return np.zeros(motion.frames, dtype=bool)
-    return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
+    return np.asarray(ChainSignals.of(motion, chain).bend >= LEAST_BEND)
 
 
 def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:
@@ -160,8 +160,8 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
     return {a.parent, a.child}.isdisjoint((b.parent, b.child))
 
 
-def _has_edge(signals: Witnesses) -> bool:
-    """Return True if P at least once turns as in a carried roll and by far more than usual."""
+def _has_edge(signals: ChainSignals) -> bool:
+    """Return True if P turns at least once as in a carried roll and by far more than usual."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -173,7 +173,7 @@ def _has_edge(signals: Witnesses) -> bool:
     return False
 
 
-def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
+def _turned(signals: ChainSignals, at: Index, width: int) -> Mask:
     """Return a mask, (n,), of the frames `at` in which the joints turn as in a carried roll.
 
     The turns are measured over `width` frames.
@@ -193,7 +193,7 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
     return np.asarray(back & along)
 
 
-def is_carried(signals: Witnesses, found: Interval) -> bool:
+def is_carried(signals: ChainSignals, found: Interval) -> bool:
     """Return True if a detected counter-twist is a carried roll.
 
     The limb must be bent throughout the interval, and the child must roll with the parent at every
@@ -208,7 +208,7 @@ def is_carried(signals: Witnesses, found: Interval) -> bool:
     return all(_edge_is_carried(signals, start, stop) for start, stop in edges)
 
 
-def _edge_is_carried(signals: Witnesses, start: int, stop: int) -> bool:
+def _edge_is_carried(signals: ChainSignals, start: int, stop: int) -> bool:
     near = np.r_[max(start - PACE, 0) : start, stop : min(stop + PACE, signals.frames)]
     series = signals.x, signals.azimuth_turns, signals.roll_turns
     paces = (turns[near].mean() if len(near) else 0.0 for turns in series)

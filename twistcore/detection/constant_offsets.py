@@ -217,7 +217,7 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """Return True if the next chain has no usual twist, so that its error may be taken for C's."""
+    """Return True if the next chain has no usual twist, so that its turn may be taken for C's."""
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, TypeVar
 
-from twistcore.detection.guarded import one_sentence
+from twistcore.detection.guarded import as_twist_error
 from twistcore.detection.interval import Interval
 from twistcore.detection.kind import Kind
 from twistcore.errors import TwistError
@@ -92,18 +92,18 @@ def finder_of(kind: Kind) -> Finder:
     Raises TwistError if the function cannot be loaded.
     """
     module, _, name = kind.info.find.partition(":")
-    with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
+    with as_twist_error(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
     return finder
 
 
-def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
+def intervals_of_kind(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
     """Return the intervals of a kind, keyed by the name of each chosen chain, sorted by start.
 
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
-    with one_sentence(f"the finder of the kind {kind.value!r} failed"):
+    with as_twist_error(f"the finder of the kind {kind.value!r} failed"):
         found = finder(search)
         for name, own in found.items():
             for one in own:

@@ -82,16 +82,16 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     for length in LENGTHS:
         if length > longest or length > frames - BEHIND:
             break
-        left = _left(way, length)
+        left = _unexplained_shares(way, length)
         if left is None:
             continue
         median = float(np.sort(left)[len(left) // 2])
         if median < least and (left < EXPLAINED).sum() >= share * len(way):
             best, least = length, median
-    return _end(way, best) if best else 0
+    return _last_frame(way, best) if best else 0
 
 
-def _left(way: Array, length: int) -> Array | None:
+def _unexplained_shares(way: Array, length: int) -> Array | None:
     """Return the share of each joint's acceleration that a blend does not explain, weighted by s″².
 
     `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
@@ -135,18 +135,18 @@ def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array,
     The first two results have the shape (joints, n), and s″ the shape (n,). The arguments are the
     results of :func:`_course` and the lag of the second differences. Frame 0 is not used.
     """
-    bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
+    bends, bend = _second_differences(shares[:, 1:], lag), _second_differences(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
     given, left = (np.einsum("jtc,jtc->jt", a, a) for a in (bends, rest))
     return given, left, bend
 
 
-def _second(values: Array, lag: int) -> Array:
+def _second_differences(values: Array, lag: int) -> Array:
     """Return second differences along axis 1, from the values `lag` frames before and after."""
     return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
 
 
-def _end(way: Array, length: int) -> int:
+def _last_frame(way: Array, length: int) -> int:
     """Return the last frame of a blend: the last in which enough joints follow the course.
 
     `length` is the approximate length of the blend in frames.

@@ -35,7 +35,7 @@ _Frames = Callable[[int, int], Motion]
 _OWN_SHARE = 0.5
 
 
-def limit(fps: float) -> float:
+def largest_natural_turn(fps: float) -> float:
     """Return the largest natural turn of a joint about its axis per frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
@@ -129,7 +129,10 @@ def _turns_too_fast(
             at = np.flatnonzero(may_be_too_fast(own, motion.fps) & counted)
             if not len(at):
                 continue
-            before, after = _in_room(block, joint, at - 1), _in_room(block, joint, at)
+            before, after = (
+                _world_rotations(block, joint, at - 1),
+                _world_rotations(block, joint, at),
+            )
             turn = twist_angle(multiply(conjugate(before), after), axis)
             fast = too_fast(turn, own[at], motion.fps)
             if fast.any():
@@ -169,13 +172,13 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
     return owner | {chain.parent: chain for chain in chains}
 
 
-def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
+def too_fast(in_world: Array, own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint turns about its axis faster than any body can.
 
-    `in_room` and `own` are the turns of the joint in world space and relative to its parent, from
+    `in_world` and `own` are the turns of the joint in world space and relative to its parent, from
     :func:`turns_about`, both (frames,).
     """
-    return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
+    return np.asarray((np.abs(in_world) > largest_natural_turn(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
@@ -184,22 +187,22 @@ def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
     In these frames, its turns `own` relative to the parent are large. In all other frames, a fast
     turn in world space is a turn of a joint above.
     """
-    return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
+    return np.asarray(np.abs(own) > _OWN_SHARE * largest_natural_turn(fps))
 
 
-def turns_in_room(motion: Motion, joint: int) -> Array:
+def turns_in_world(motion: Motion, joint: int) -> Array:
     """Return the turns of a joint about its own axis in world space, in radians, (frames,).
 
     Each turn is measured from the previous frame. For a joint without an axis, all are 0.
     """
     turns, axis = np.zeros(motion.frames), own_axis(motion.skeleton, joint)
     if axis is not None:
-        rotations = _in_room(motion, joint, np.arange(motion.frames))
+        rotations = _world_rotations(motion, joint, np.arange(motion.frames))
         turns = turns_about(rotations, axis)
     return turns
 
 
-def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
+def _world_rotations(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
     """Return the global rotations of a joint at the given frames, (n, 4)."""
     line = [joint]
     while (above := int(motion.skeleton.parents[line[-1]])) >= 0:
@@ -227,5 +230,5 @@ def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
         "joint": joint,
         "turn_deg": math.degrees(turn),
         "speed_deg_s": abs(math.degrees(turn)) * fps,
-        "limit_deg_s": math.degrees(limit(fps)) * fps,
+        "limit_deg_s": math.degrees(largest_natural_turn(fps)) * fps,
     }

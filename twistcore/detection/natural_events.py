@@ -93,7 +93,7 @@ def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[Natural
     ]
 
 
-def with_events(
+def names_with_events(
     skeleton: Skeleton,
     chains: Sequence[Chain],
     limbs: Sequence[Limb],

@@ -26,7 +26,7 @@ class DetectorInfo:
     label : str
         The detector's name for use within a sentence: "the paper's detector".
     measures : str
-        A phrase that describes what the detector measures, as a sentence.
+        A sentence about the quantity that the detector measures.
     short : str
         The heading of a table column; `name` if not given.
     strength : str

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import KindSearch
-from twistcore.detection.guarded import one_sentence
+from twistcore.detection.guarded import as_twist_error
 from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion
@@ -61,7 +61,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
     module, _, name = interval.kind.info.quantity.partition(":")
     if not module:
         return None
-    with one_sentence(f"the curve of the kind {interval.kind.value!r} failed"):
+    with as_twist_error(f"the curve of the kind {interval.kind.value!r} failed"):
         curve_of: CurveOf = getattr(import_module(module), name)
         found = curve_of(search, interval)
         expected = (search.motion.frames,)

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from twistcore.detection.guarded import GuardedDetector, one_sentence
+from twistcore.detection.guarded import GuardedDetector, as_twist_error
 from twistcore.detection.protocol import Detector, DetectorInfo
 from twistcore.errors import TwistError
 
@@ -237,7 +237,7 @@ def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
 def _of_package(point: EntryPoint) -> Detector:
     package = point.dist.name if point.dist is not None else point.module
     where = f"the detector {point.name!r} of the package {package}"
-    with one_sentence(f"{where} cannot be loaded"):
+    with as_twist_error(f"{where} cannot be loaded"):
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
@@ -254,7 +254,7 @@ def _of_file(place: str, path: str, name: str) -> Detector:
         raise TwistError(
             f"{path}: expected a Python file with a detector, but there is no such file"
         )
-    with one_sentence(f"{path}: the detector cannot be loaded"):
+    with as_twist_error(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)
     if found is None:
         raise TwistError(f"{path}: expected a class {name}, but the file has none")
@@ -287,7 +287,7 @@ def _checked(found: Any, where: str) -> Detector:
     detector; the message names the missing part.
     """
     if isinstance(found, type):
-        with one_sentence(f"{where} cannot be created"):
+        with as_twist_error(f"{where} cannot be created"):
             found = found()
     info = getattr(found, "info", None)
     if not isinstance(info, DetectorInfo):

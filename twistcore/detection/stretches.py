@@ -128,7 +128,7 @@ class _Clip:
 
         `turns` contains the turns since the previous frame, in radians, (frames,).
         """
-        fast = np.abs(turns) > max(JUMP, limit(self.motion.fps))
+        fast = np.abs(turns) > max(JUMP, largest_natural_turn(self.motion.fps))
         fast &= ~find_cuts(self.motion) if fast.any() else True
         found: list[int] = np.flatnonzero(fast).tolist()
         return found

@@ -11,7 +11,7 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.skeleton.motion import Motion
 
 
-def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
+def cuts_after(motion: Motion, first: int) -> NDArray[np.int64]:
     """Return the frames after `first` at which a new capture begins, in ascending order.
 
     These are the frames from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, which include
@@ -26,7 +26,7 @@ def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
     A single frame next to a cut is not a capture, and neither is a rest pose that is held until the
     end of the clip.
     """
-    borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
+    borders = [first, *cuts_after(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))
     if len(found) == 1:
         return tuple(found)

@@ -34,7 +34,7 @@ class PosesError(TwistError):
     """The error if a file cannot be read as poses."""
 
 
-def holds_poses(path: Path) -> bool:
+def is_pose_file(path: Path) -> bool:
     """Return True if a file has a suffix of pose files. All other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 

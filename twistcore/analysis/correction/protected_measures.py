@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.correction.joint_repairs import joint_of
 from twistcore.analysis.correction.twist_removal import refine
-from twistcore.detection.evidence import Witnesses, usual_side
+from twistcore.detection.evidence import ChainSignals, usual_side
+from twistcore.detection.evidence.chain_signals import wrapped
 from twistcore.detection.evidence.judgement import MIDDLE
-from twistcore.detection.evidence.witnesses import wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
 from twistcore.skeleton.body import ancestors
@@ -107,7 +107,7 @@ class Hinges:
 
     motion: Motion
     finds: Sequence[Interval] = ()
-    known: Mapping[str, Witnesses] = field(default_factory=dict)
+    known: Mapping[str, ChainSignals] = field(default_factory=dict)
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
@@ -123,7 +123,7 @@ class Hinges:
     def _made(self, chain: Chain) -> Array | None:
         signals = self.known.get(chain.name)
         if signals is None or signals.frames != self.motion.frames:
-            signals = Witnesses.of(self.motion, chain)
+            signals = ChainSignals.of(self.motion, chain)
         busy = np.zeros(self.motion.frames, dtype=bool)
         for find in self.finds:
             if find.chain == chain.name:
@@ -335,7 +335,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
     inside = slice(interval.start - around.low, interval.stop - around.low)
     here = chain.sliced(around.low, around.low + around.captured.frames)
     azimuth = [
-        Witnesses.of(m, here).azimuth[inside][there] for m in (around.captured, *around.both)
+        ChainSignals.of(m, here).azimuth[inside][there] for m in (around.captured, *around.both)
     ]
     before, after = (
         float(np.sqrt(np.mean(wrapped(off[there] + a - azimuth[0]) ** 2))) for a in azimuth[1:]

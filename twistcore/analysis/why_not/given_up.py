@@ -35,7 +35,7 @@ class SoftErrors:
     def dropped(self) -> Iterator[Interval]:
         """Yield the chain's intervals between jumps above τ that soft errors replaced."""
         own = self.analysis.chains[self.place.chain.name]
-        return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
+        return (i for i in own.between_edges(self.place.tau) if own.is_replaced(i))
 
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
         """Return the first dropped interval with an edge in or next to [start, stop), or None."""
@@ -79,7 +79,7 @@ class SoftErrors:
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]
         for c in sorted(near, key=lambda c: c.name != chain.name):
-            for s in self.analysis.chains[c.name].standing:
+            for s in self.analysis.chains[c.name].fixed:
                 if s.strength >= self.place.tau:
                     yield s.interval, c
 

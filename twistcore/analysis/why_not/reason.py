@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from twistcore.detection import Interval
-from twistcore.detection.lone_jumps import limit
+from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.notation import DistinctFrames
 

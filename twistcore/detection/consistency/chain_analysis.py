@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from twistcore.detection.consistency.confidence import confidence
-from twistcore.detection.consistency.pieces import shows
+from twistcore.detection.consistency.pieces import shows_in_twist
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.edges import Edges
 from twistcore.detection.counter_twist.offsets import Course, offsets_of
-from twistcore.detection.counter_twist.pairing import Pair, PairTable, best_pairs, unpaired
+from twistcore.detection.counter_twist.pairing import Pair, PairTable, best_pairs, unpaired_jumps
 from twistcore.detection.evidence import (
     Background,
-    Find,
+    ChainSignals,
     Judgement,
+    SuspectedError,
     Terms,
-    Witnesses,
     judgement_of,
     terms_of,
     unanswered,
@@ -80,9 +80,9 @@ class ChainAnalysis:
         Mask of the frames in which the offset of an interval may change, shape (frames,).
     tables
         The gains of all pairs of edges, one table for each segment between cuts.
-    standing
+    fixed
         Errors of straight limbs and soft errors, which do not depend on τ.
-    instead
+    replaced
         Frames [low, high) in which soft errors replace the intervals between jumps.
     left
         Frames [low, high) that were not searched for soft errors, because the budget was used up.
@@ -97,8 +97,8 @@ class ChainAnalysis:
     edges: Edges
     step: Mask
     tables: tuple[PairTable, ...]
-    standing: tuple[FixedInterval, ...] = ()
-    instead: tuple[tuple[int, int], ...] = ()
+    fixed: tuple[FixedInterval, ...] = ()
+    replaced: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
     # Caches, since most intervals stay the same while a person drags τ.
@@ -122,31 +122,29 @@ class ChainAnalysis:
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
-        for s in self.standing:
+        for s in self.fixed:
             curve[s.peak] = max(curve[s.peak], s.strength)
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
         """Return the intervals of the chain at threshold τ in radians, sorted by start."""
-        found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
-        past = [s.interval for s in self.standing if s.strength >= tau]
+        found = [i for i in self.between_edges(tau) if not self.is_replaced(i)]
+        past = [s.interval for s in self.fixed if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
-    def gives_way(self, interval: Interval) -> bool:
+    def is_replaced(self, interval: Interval) -> bool:
         """Return True if soft errors replace an interval between jumps."""
-        return any(_meet(interval, frames) for frames in self.instead)
+        return any(_meet(interval, frames) for frames in self.replaced)
 
     def with_soft(
-        self, soft: Sequence[FixedInterval], instead: Sequence[tuple[int, int]]
+        self, soft: Sequence[FixedInterval], replaced: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
         """Return the analysis with additional soft errors.
 
-        `instead` contains the frames [low, high) in which they replace all other intervals.
+        `replaced` contains the frames [low, high) in which they replace all other intervals.
         """
-        kept = (
-            s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
-        )
-        return replace(self, standing=(*kept, *soft), instead=tuple(instead))
+        kept = (s for s in self.fixed if not any(_meet(s.interval, frames) for frames in replaced))
+        return replace(self, fixed=(*kept, *soft), replaced=tuple(replaced))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
         """Return the intervals between jumps at threshold τ in radians, sorted by start."""
@@ -166,7 +164,7 @@ class ChainAnalysis:
         """Return the intervals of one segment at threshold τ in radians, sorted by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
-        pairs += unpaired(table, pairs, tau)
+        pairs += unpaired_jumps(table, pairs, tau)
         new = [p for p in pairs if (table.low, p) not in self._known]
         courses = offsets_of(new, table, self.limb, self.row, self.step)
         for pair, course in zip(new, courses, strict=True):
@@ -225,7 +223,7 @@ class ConsistencyAnalysis:
     chains: Mapping[str, ChainAnalysis]
     cut: Mask
     own_twist: Mapping[str, Array] = field(default_factory=dict)
-    witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
+    witnesses: Mapping[str, ChainSignals] = field(default_factory=dict)
     _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
     _judging: threading.RLock = field(default_factory=threading.RLock)
     # keyed by the id of an interval: the interval, the judged interval, and True for motion
@@ -257,7 +255,7 @@ class ConsistencyAnalysis:
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
         found = self.chains[chain].intervals(tau)
         if (twist := self.own_twist.get(chain)) is not None:
-            found = tuple(i for i in found if shows(twist, i))
+            found = tuple(i for i in found if shows_in_twist(twist, i))
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
@@ -276,7 +274,7 @@ class ConsistencyAnalysis:
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
-            terms = terms_of(self._background(interval.chain), Find.of(interval))
+            terms = terms_of(self._background(interval.chain), SuspectedError.of(interval))
             if not straight or terms.noise > 0.0 or unanswered(terms):
                 own, motion = judged(interval, terms, known.segment, straight=straight)
             self._judged[id(interval)] = interval, own, motion and not straight
@@ -293,7 +291,7 @@ class ConsistencyAnalysis:
             own, known = self.chains[chain], replace(self.witnesses[chain], _series={})
             while len(self._backgrounds) >= _BACKGROUNDS:
                 del self._backgrounds[next(iter(self._backgrounds))]
-            finds = (Find.of(i) for i in own.intervals(own.automatic_tau()))
+            finds = (SuspectedError.of(i) for i in own.intervals(own.automatic_tau()))
             self._backgrounds[chain] = Background.of(known, finds)
         return self._backgrounds[chain]
 

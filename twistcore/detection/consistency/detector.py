@@ -21,7 +21,7 @@ from twistcore.detection.counter_twist.counter_rotation import CounterRotation, 
 from twistcore.detection.counter_twist.edges import find_edges
 from twistcore.detection.counter_twist.pairing import pair_table, running_sums
 from twistcore.detection.cuts import find_cuts, segments_between
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Mask
@@ -115,7 +115,7 @@ def _analysed(
         person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
         for person, of in people.items()
     }
-    witnesses = {c.name: Witnesses.of(motion, c, noise[c.person]) for c in chains}
+    witnesses = {c.name: ChainSignals.of(motion, c, noise[c.person]) for c in chains}
     analysis = ConsistencyAnalysis(out, cut, pieces, witnesses)
     for found in searched:
         if found.errors and (given_up := found.given_up(analysis)):
@@ -315,7 +315,7 @@ def _with_soft(
     longer known, and the search is repeated without removing that part.
     """
     jumps = [
-        (c.row, i, any(i is s.interval for s in c.standing))
+        (c.row, i, any(i is s.interval for s in c.fixed))
         for c in chains
         for i in c.intervals(c.automatic_tau())
         if not i.open

@@ -29,7 +29,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
     return np.asarray(wrap(steps - medians(windows)))
 
 
-def shows(twist: Array, interval: Interval) -> bool:
+def shows_in_twist(twist: Array, interval: Interval) -> bool:
     """Return True if θp contains at least half of the steps of an interval's offset.
 
     `twist` is the result of :func:`own_twist`.

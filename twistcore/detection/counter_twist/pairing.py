@@ -367,7 +367,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
     return out
 
 
-def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
+def unpaired_jumps(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
     """Return the clear jumps of a segment outside all intervals, as intervals with one edge.
 
     Each interval is on the shorter side of its jump. `pairs` contains the chosen intervals, and

@@ -1,15 +1,21 @@
 """Estimate the probability that the correction of a counter-twist is right from all evidence."""
 
+from twistcore.detection.evidence.chain_signals import ChainSignals
 from twistcore.detection.evidence.judgement import Judgement, judgement_of, unanswered
-from twistcore.detection.evidence.terms import Background, Find, Terms, terms_of, usual_side
-from twistcore.detection.evidence.witnesses import Witnesses
+from twistcore.detection.evidence.terms import (
+    Background,
+    SuspectedError,
+    Terms,
+    terms_of,
+    usual_side,
+)
 
 __all__ = [
     "Background",
-    "Find",
+    "ChainSignals",
     "Judgement",
+    "SuspectedError",
     "Terms",
-    "Witnesses",
     "judgement_of",
     "terms_of",
     "unanswered",

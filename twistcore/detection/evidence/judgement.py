@@ -14,7 +14,7 @@ from types import MappingProxyType
 from twistcore.detection.evidence.terms import BENT, Terms
 from twistcore.work.frozen import dataclass
 
-# The weight of each term of :func:`weighed`, in log odds.
+# The weight of each term of :func:`unweighted_terms`, in log odds.
 WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
         "base": -0.62,
@@ -93,7 +93,7 @@ class Judgement:
         return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, self.score))))
 
 
-def weighed(t: Terms) -> dict[str, float]:
+def unweighted_terms(t: Terms) -> dict[str, float]:
     """Return the terms of the score before weighting, keyed by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
@@ -146,7 +146,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
         True if the interval was found as an error of a straight limb, in which both bones must turn
         at the ends of the interval.
     """
-    parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
+    parts = {name: WEIGHTS[name] * value for name, value in unweighted_terms(t).items()}
     motion = sum(parts.values()) < _MOTION
     vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:

@@ -15,7 +15,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, keep_few, wrapped
+from twistcore.detection.evidence.chain_signals import (
+    ALONG,
+    PACE,
+    ChainSignals,
+    Mask,
+    keep_few,
+    wrapped,
+)
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.medians import median, quantile
@@ -39,7 +46,7 @@ _NEAR = 0.6  # time on either side of an edge in which turns have more weight, i
 
 
 @dataclass(frozen=True, eq=False)
-class Find:
+class SuspectedError:
     """A possible error of a chain in frames [start, stop).
 
     Attributes
@@ -58,7 +65,7 @@ class Find:
     silent: bool = False
 
     @classmethod
-    def of(cls, interval: Interval) -> Find:
+    def of(cls, interval: Interval) -> SuspectedError:
         """Return the possible error that an interval describes."""
         silent = bool((interval.evidence or {}).get("silent_joint"))
         return cls(interval.start, interval.stop, np.degrees(interval.offset), silent)
@@ -141,9 +148,9 @@ class Terms:
     noise: float
 
 
-def terms_of(background: Background, find: Find) -> Terms:
+def terms_of(background: Background, error: SuspectedError) -> Terms:
     """Return the evidence about an error of a chain, compared with the rest of its motion."""
-    return _Measured(background.without(find), find).terms()
+    return _Measured(background.without(error), error).terms()
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,21 +161,21 @@ class Background:
     (frames,).
     """
 
-    chain: Witnesses
+    chain: ChainSignals
     taken: Mask
     _known: dict[tuple[str, int], _Usual] = field(default_factory=dict)  # the latest few
     _against: dict[int, _Against] = field(default_factory=dict)  # the latest few
 
     @classmethod
-    def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
+    def of(cls, chain: ChainSignals, errors: Iterable[SuspectedError]) -> Background:
         """Return the background of a chain, given the signals and all errors of the chain."""
-        return cls(chain, taken_by(chain.frames, finds))
+        return cls(chain, taken_by(chain.frames, errors))
 
-    def without(self, find: Find) -> Background:
+    def without(self, error: SuspectedError) -> Background:
         """Return the background without the frames of an additional error."""
-        if self.taken[find.start : find.stop].all():
+        if self.taken[error.start : error.stop].all():
             return self
-        return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
+        return Background(self.chain, self.taken | taken_by(self.chain.frames, [error]))
 
     @cached_property
     def busy(self) -> Mask:
@@ -214,12 +221,12 @@ class Background:
         rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
         free = known & ~self.busy
         usual = rough[free] if free.sum() > 10 else rough[known]
-        return scale(usual, 0.02) if len(usual) > 10 else 5.0
+        return robust_scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
         """Return the usual turns of a signal over `width` frames.
 
-        `name` is the name of the signal, an attribute of :class:`Witnesses`.
+        `name` is the name of the signal, an attribute of :class:`ChainSignals`.
         """
         if (name, width) not in self._known:
             chain = self.chain
@@ -231,7 +238,7 @@ class Background:
             if name == "azimuth_turns":
                 free &= chain.bent(width)
             enough = free.sum() > 5
-            everywhere = scale(turned[free], 0.03) if enough else math.nan
+            everywhere = robust_scale(turned[free], 0.03) if enough else math.nan
             keep_few(self._known, chain.frames)[name, width] = _Usual(turned, free, everywhere)
         return self._known[name, width]
 
@@ -306,20 +313,20 @@ def reach_at(fps: float) -> int:
 class _Measured:
     """The measurements of one error, from which its evidence is computed."""
 
-    def __init__(self, background: Background, find: Find) -> None:
-        self.background, self.chain, self.find = background, background.chain, find
+    def __init__(self, background: Background, error: SuspectedError) -> None:
+        self.background, self.chain, self.error = background, background.chain, error
 
     @cached_property
     def edges(self) -> list[Edge]:
         """The edges of the error, except for an edge at an end of the clip."""
-        size = np.abs(self.find.offset)
+        size = np.abs(self.error.offset)
         half = max(len(size) // 2, 1)
 
         def come(sizes: Array) -> int:
             return int(np.argmax(sizes >= _REACHED * sizes[:half].max()))
 
         ends = []
-        start, stop = self.find.start, self.find.stop
+        start, stop = self.error.start, self.error.stop
         if start > 0:
             ends.append((start, start + come(size) + 1))
         if stop < self.chain.frames:
@@ -330,9 +337,9 @@ class _Measured:
     def _steps(self, low: int, high: int) -> Array:
         """Return the changes of the offset in frames [low, high), 0 in the clip's first frame."""
         frames = np.arange(low - 1, high)
-        inside = (frames >= self.find.start) & (frames < self.find.stop)
+        inside = (frames >= self.error.start) & (frames < self.error.stop)
         offset = np.zeros(len(frames))
-        offset[inside] = self.find.offset[frames[inside] - self.find.start]
+        offset[inside] = self.error.offset[frames[inside] - self.error.start]
         steps = np.diff(offset)
         if low == 0 and high > 0:
             steps[0] = 0.0
@@ -356,21 +363,23 @@ class _Measured:
             off_after=after,
             side_spread=spread,
             for_side=for_side,
-            least_bend=float(c.bend[self.find.start : self.find.stop].min()),
+            least_bend=float(c.bend[self.error.start : self.error.stop].min()),
             together=max((self._together(e) for e in edges), default=1.0),
             rate=rate,
             natural=natural,
             step=self._step,
-            seconds=(self.find.stop - self.find.start) / c.fps,
+            seconds=(self.error.stop - self.error.start) / c.fps,
             quiet=min((self._usually(e) for e in edges), default=math.nan),
-            silent=self.find.silent,
-            noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
+            silent=self.error.silent,
+            noise=float(
+                c.noise[max(self.error.start - _NOISE, 0) : self.error.stop + _NOISE].max()
+            ),
         )
 
     @cached_property
     def _step(self) -> float:
         """The magnitude of the change of the offset at an edge, the median of both edges."""
-        sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
+        sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.error.offset).max())]
         return median(sizes)
 
     def _bend_at(self, edge: Edge) -> float:
@@ -396,10 +405,10 @@ class _Measured:
             reach = math.ceil(_NEAR * c.fps + edge.width) - 1
             near = slice(max(edge.start - reach, 0), edge.start + reach + 1)
             beside = usual.turned[near][usual.free[near]]
-            here = scale(beside, 0.03) if len(beside) > 5 else usual.scale
+            here = robust_scale(beside, 0.03) if len(beside) > 5 else usual.scale
             sigma = 0.6 * here + 0.4 * usual.scale
         else:
-            sigma = max(scale(np.diff(turns), 0.03) * math.sqrt(edge.width), 0.3)
+            sigma = max(robust_scale(np.diff(turns), 0.03) * math.sqrt(edge.width), 0.3)
         if name == "azimuth_turns":
             sigma = math.hypot(sigma, _BONE / max(self._bend_at(edge), 0.01))
         turn = float(wrapped(self._turn(turns, edge)))
@@ -444,13 +453,13 @@ class _Measured:
         usual = self.background.side
         if usual is None:
             return unknown
-        size = np.abs(self.find.offset)
+        size = np.abs(self.error.offset)
         full = np.flatnonzero(size > 0.5 * size.max())
         if not len(full):
             return unknown
-        at = self.find.start + full
+        at = self.error.start + full
         off, sine = usual.off[at], self.chain.sine[at]
-        fixed = wrapped(off + self.find.offset[full])
+        fixed = wrapped(off + self.error.offset[full])
         known, least = (sine > _STRAIGHT, 0.0) if usual.exact else (sine > ALONG, 0.3)
         sigma = np.hypot(max(self.background.spread, 0.5), _BONE / np.maximum(sine, 0.01))
         gain = residual_cost(off / sigma) - residual_cost(fixed / sigma)
@@ -493,7 +502,7 @@ class Side:
     exact: bool = False
 
 
-def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
+def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
     """Return the side to which C's bone usually bends, or None if it is unknown.
 
     `chain` contains the signals of the chain, and `busy` is the mask of the frames to leave out,
@@ -514,7 +523,7 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
     return Side(off, _weighted_quantile(np.abs(off[there]), weight[there], 0.95))
 
 
-def scale(residuals: Array, least: float) -> float:
+def robust_scale(residuals: Array, least: float) -> float:
     """Return 1.48 (mean √|r|)² of residuals r, a scale on which a few outliers have little effect.
 
     The result is at least `least`.
@@ -533,9 +542,9 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
     return float(values[order][np.searchsorted(total, share * total[-1])])
 
 
-def taken_by(frames: int, finds: Iterable[Find]) -> Mask:
+def taken_by(frames: int, errors: Iterable[SuspectedError]) -> Mask:
     """Return a mask of the frames that belong to any of the errors, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
-    for find in finds:
-        taken[find.start : find.stop] = True
+    for error in errors:
+        taken[error.start : error.stop] = True
     return taken

@@ -126,7 +126,7 @@ def explain(
 
 
 @dataclass(frozen=True, eq=False)
-class Left:
+class Unexplained:
     """The costs that show why a jump is left unexplained.
 
     Attributes
@@ -147,7 +147,7 @@ class Left:
     spared: float = 0.0
 
 
-def left(
+def why_unexplained(
     jumps: Sequence[Jump],
     jump: Jump,
     runs: Sequence[Run],
@@ -155,18 +155,18 @@ def left(
     height: Array,
     capture: Mask,
     fps: float,
-) -> Left:
+) -> Unexplained:
     """Return the costs that show why :func:`explain` left a jump unexplained.
 
     `jump` is the jump and `runs` is the result of :func:`explain`. The other parameters have the
     same meaning as there.
     """
-    best = Left(_price_left(jump))
+    best = Unexplained(_price_left(jump))
     for arc in _ways(jumps, angle, height, capture, fps, runs):
         if (run := arc.run) is not None and (run.first is jump or run.last is jump):
             spared = sum(map(_price_left, (run.first, *run.followed, run.last)))
             if arc.cost - spared < best.price - best.spared:
-                best = Left(best.cost, run, arc.cost, spared)
+                best = Unexplained(best.cost, run, arc.cost, spared)
     return best
 
 

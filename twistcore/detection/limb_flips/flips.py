@@ -12,13 +12,13 @@ import numpy as np
 
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.limb_flips.explanation import Left, Run, explain, left
+from twistcore.detection.limb_flips.explanation import Run, Unexplained, explain, why_unexplained
 from twistcore.detection.limb_flips.jumps import (
     SHARP,
     Jump,
-    around,
     departure,
-    scale,
+    median_around,
+    natural_departures,
     sharp_jumps,
     soft_jumps,
 )
@@ -86,7 +86,7 @@ class LimbFlips:
 
     def scale_at(self, frames: Index) -> Array:
         """Return the natural magnitude of the departures near given frames, in radians, (n,)."""
-        return scale(self.departures, self.swivel.height, self.fps, frames)
+        return natural_departures(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
         """Return the movement of the limb's end in given frames minus the median nearby, (n,).
@@ -94,7 +94,7 @@ class LimbFlips:
         The unit is the limb's length, and the smallest value is 0.
         """
         step = self.swivel.step
-        return np.maximum(step[frames] - around(step, frames), 0.0)
+        return np.maximum(step[frames] - median_around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
         """Return the jumps of at least τ radians and the smaller ones that may be their other edge.
@@ -104,11 +104,11 @@ class LimbFlips:
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
-    def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
+    def why_unexplained(self, jumps: Sequence[Jump], jump: Jump) -> Unexplained:
         """Return the costs that show why a jump, one of `jumps`, is not an edge of a flip."""
         runs, _ = self._explained(jumps)
         s = self.swivel
-        return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
+        return why_unexplained(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
 
     def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
         passing = sum(j.leads for j in jumps)  # the number of jumps of at least τ identifies them
@@ -246,10 +246,7 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the magnitudes of a limb's departures, which are compared with τ, (frames,).
-
-        They are in radians.
-        """
+        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:

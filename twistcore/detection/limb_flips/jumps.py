@@ -65,10 +65,10 @@ def departure(turns: Array) -> Array:
 
     The median excludes the frame itself and frame 0, which has no turn.
     """
-    return wrap(turns - around(turns))
+    return wrap(turns - median_around(turns))
 
 
-def around(values: Array, frames: Index | slice = slice(None)) -> Array:
+def median_around(values: Array, frames: Index | slice = slice(None)) -> Array:
     """Return the median of the values near given frames, by default near every frame.
 
     The median excludes the frame itself and frame 0.
@@ -90,7 +90,7 @@ def _median(windows: Array) -> Array:
     return np.where(count > 0, 0.5 * (low + high), 0.0)
 
 
-def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
+def natural_departures(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return the natural magnitude of a limb's departures near given frames, in radians, (n,).
 
     `departures` contains the departures in radians, (frames,), and `height` the distance of the

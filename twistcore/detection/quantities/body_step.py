@@ -13,7 +13,10 @@ from twistcore.skeleton.people import find_people
 
 
 def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the median turn of the joints that jump, with the largest natural turn, or None."""
+    """Return the curve of the median turn of the joints that jump.
+
+    Its limit is the largest natural turn. The result is None if no joint jumps.
+    """
     motion, kept = search.motion, without_held(search.motion)
     if kept is None and (keys := linear_keys(motion)) is not None:
         kept = keys.alone(motion)

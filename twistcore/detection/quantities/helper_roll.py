@@ -14,7 +14,11 @@ from twistcore.skeleton.helper import Helper
 
 
 def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the roll of the twist bone, with the smallest listed roll as the limit, or None."""
+    """Return the curve of the twist bone's roll relative to the frame before the interval.
+
+    Its limit is the smallest roll that is listed. The result is None if there is no such twist
+    bone.
+    """
     own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
     if (helper := next(own, None)) is None:
         return None

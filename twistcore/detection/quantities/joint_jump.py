@@ -12,7 +12,10 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def turn_per_frame(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the turn of the joint per frame about any axis, with the smallest jump."""
+    """Return the curve of the joint's turn per frame about any axis.
+
+    Its limit is the smallest turn that counts as a jump.
+    """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)
     turns, least = turn_curve(own.motion.rotations, joint, own.span(interval)[0], limits)

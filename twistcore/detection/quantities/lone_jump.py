@@ -8,17 +8,20 @@ import numpy as np
 
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
-from twistcore.detection.lone_jumps import limit, turns_in_room
+from twistcore.detection.lone_jumps import largest_natural_turn, turns_in_world
 from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the turn of the joint about its own axis per frame, with the largest natural turn."""
+    """Return the curve of the joint's turn per frame about its own axis, in world space.
+
+    Its limit is the largest natural turn.
+    """
     own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
-    most = math.copysign(math.degrees(limit(own.motion.fps)), interval.residual)
+    most = math.copysign(math.degrees(largest_natural_turn(own.motion.fps)), interval.residual)
     return Quantity(
         f"Roll of {interval.joint} per frame",
-        own.examined(np.degrees(turns_in_room(own.motion, joint)), interval),
+        own.examined(np.degrees(turns_in_world(own.motion, joint)), interval),
         own.level(most),
         math.degrees(interval.size),
     )

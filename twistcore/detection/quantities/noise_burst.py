@@ -11,7 +11,10 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def noise_of_joint(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the noise σ of the joint near each frame, with the smallest σ of a burst."""
+    """Return the curve of the joint's noise σ near each frame.
+
+    Its limit is the smallest σ of a burst.
+    """
     own = OwnFrames.of(search.motion)
     sigma, least = noise_curve(own.motion, search.joint_of(interval))
     return Quantity(

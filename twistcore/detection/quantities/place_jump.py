@@ -9,9 +9,10 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the distance of the position from its path, with the smallest jump, or None.
+    """Return the curve of the joint's distance from its path, in per cent of the skeleton's height.
 
-    The values are in per cent of the skeleton's height.
+    Its limit is the smallest distance that counts as a jump. The result is None for a joint without
+    position channels.
     """
     own = OwnFrames.of(search.motion)
     start, stop = own.span(interval)

@@ -4,18 +4,18 @@ from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
     Known,
     budget_of,
-    left_sentences,
     search,
     soft_errors,
     soft_interval,
+    unsearched_sentences,
 )
 
 __all__ = [
     "Known",
     "SoftError",
     "budget_of",
-    "left_sentences",
     "search",
     "soft_errors",
     "soft_interval",
+    "unsearched_sentences",
 ]

@@ -26,7 +26,7 @@ GRID = 4  # number of spans that begin within the length of a span
 
 
 @dataclass(frozen=True)
-class Span:
+class SpanGrid:
     """Overlapping spans of the same length. The position of a span is its number.
 
     Attributes
@@ -96,11 +96,11 @@ class Span:
         return frames[..., None] + begin, weights
 
 
-def spans(fps: float, frames: int) -> tuple[Span, ...]:
+def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:
     """Return the spans of all lengths that fit at least twice into a clip of `frames` frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
-    found = (Span(n, max(1, n // GRID), reach) for n in lengths)
+    found = (SpanGrid(n, max(1, n // GRID), reach) for n in lengths)
     return tuple(s for s in found if 2 * s.support <= frames)
 
 

@@ -10,16 +10,16 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from twistcore.detection.soft_errors.local_departures import LocalDepartures
 from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
     all_fitted,
-    course,
     guess,
+    level_courses,
     ramp,
 )
-from twistcore.detection.soft_errors.stretch import Stretch
 from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
@@ -125,10 +125,10 @@ class Explanations:
         low = max(min(min(a for a, _ in spans) - margin, place.middle - reach), 0)
         high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
         self._low, self._high = low, high
-        self._stretch = surprise.stretch(place.row, low, high - low)
-        surprise.work += TO_BEGIN + len(self._stretch.u)
-        self._price = COVERED * surprise.price_of_a_frame(high - low)
-        self._nothing = float((self._stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
+        self._departures = surprise.local_departures(place.row, low, high - low)
+        surprise.work += TO_BEGIN + len(self._departures.u)
+        self._price = COVERED * surprise.weight_per_frame(high - low)
+        self._nothing = float((self._departures.residuals(np.zeros((1, high - low))) ** 2).sum())
         if self._nothing >= PRIOR:  # nothing can gain more than this
             self._try_free(spans)
 
@@ -184,7 +184,7 @@ class Explanations:
             free, sigma = self._surprise.free_offset(self._place.row, a, b)
             offsets[n, a - low : b - low] = free
             sigmas.append(sigma)
-        left = (self._stretch.residuals(offsets) ** 2).sum(axis=1)
+        left = (self._departures.residuals(offsets) ** 2).sum(axis=1)
         for n, (a, b) in enumerate(new):
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
@@ -194,13 +194,13 @@ class Explanations:
         A clear free offset is returned instead if its cost is lower. `ratio` is the largest value
         of the free offset, in σ.
         """
-        stretch, place, low = self._stretch, self._place, self._low
-        self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
+        near, place, low = self._departures, self._place, self._low
+        self._surprise.work += LEVELS * (TO_BEGIN + len(near.u))
         rivals = [free] if ratio >= FREE_AT else []
         starts = [(s, ratio / CLOSE) for s in (guess(free.offset),) if s is not None]
-        starts += _likely_levels(stretch, place.length, place.middle - low)
+        starts += _likely_levels(near, place.length, place.middle - low)
         every = [(start, kernel, coarsest) for start, coarsest in starts for kernel in KERNELS]
-        for shape, left in all_fitted(every, stretch.frames, stretch.residuals):
+        for shape, left in all_fitted(every, near.frames, near.residuals):
             rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
             at = low + np.flatnonzero(np.abs(shape) > SEEN)
             if ratio >= FREE_AT and len(at):
@@ -238,7 +238,7 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
     return found
 
 
-def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
+def _likely_levels(near: LocalDepartures, length: int, middle: int) -> list[tuple[Level, float]]:
     """Return the likeliest softened levels near a seed, each with a factor that widens the scales.
 
     For each factor, the level that explains the departures best is returned. `length` and `middle`
@@ -247,11 +247,11 @@ def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Lev
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n
     levels = np.stack([np.ones_like(n), start, start + n, np.maximum(onset * n, 3.0)], axis=1)
-    levels = levels[(start > 0.0) & (start + n < stretch.frames)]
+    levels = levels[(start > 0.0) & (start + n < near.frames)]
     if not len(levels):
         return []
-    courses = course(levels, ramp, stretch.frames)
-    told = stretch.longer(AS_LONG * length)
+    courses = level_courses(levels, ramp, near.frames)
+    told = near.longer(AS_LONG * length)
     departures = told.departures(courses)
     found = []
     for wider in WIDENED:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Mask
-from twistcore.detection.soft_errors.departures import Span
+from twistcore.detection.soft_errors.departures import SpanGrid
 from twistcore.skeleton.medians import quantiles
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
@@ -55,7 +55,7 @@ class Natural:
         The scales of the departures of u and of x + y, radians, (probes, chains, positions).
     """
 
-    span: Span
+    span: SpanGrid
     beta: Array
     sigma: Array
     sigma_sum: Array
@@ -78,7 +78,7 @@ class Natural:
 
 
 def natural_scales(
-    x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
+    x: Array, y: Array, fps: float, spans: tuple[SpanGrid, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
     """Measure the scales of natural departures over the spans of each length.
 

@@ -47,7 +47,7 @@ FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
 BESIDE = 8  # minimum number of frames on either side that show P's natural motion
 
 
-def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
+def level_if_silent(increments: Array, other: Array, cut: Mask) -> Array | None:
     """Return the level of a joint relative to its usual level, or None if it is not silent.
 
     The change of the level across a cut is unknown, so the usual level is determined separately for
@@ -99,7 +99,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
         for side, own, other in _both_ways(surprise, row):
-            if standing_level(own, other, surprise.cut) is not None:
+            if level_if_silent(own, other, surprise.cut) is not None:
                 still[row, side] = float((np.abs(own) < STILL).mean())
     answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
     found: dict[int, int] = {}
@@ -141,7 +141,7 @@ def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
     this joint is not silent.
     """
     x, y = surprise.x[row], surprise.y[row]
-    level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
+    level = level_if_silent(x, y, surprise.cut) if side > 0 else level_if_silent(y, x, surprise.cut)
     return None if level is None else side * level
 
 
@@ -160,7 +160,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
             level = silent_level(surprise, row, side)
             if level is None:
                 continue
-            for start, stop in off_runs(np.where(done[row], 0.0, level), surprise.cut):
+            for start, stop in error_runs(np.where(done[row], 0.0, level), surprise.cut):
                 farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
                 offset = farther * level[start:stop]
                 gain = CERTAIN
@@ -238,23 +238,23 @@ def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
 
 def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
     at = slice(max(error.start, 1), error.stop + 1)
-    rows = [r for r in surprise.beside(error.row) if r in sides]
+    rows = [r for r in surprise.neighbours(error.row) if r in sides]
     silent = [surprise.x[r, at] if sides[r] > 0 else surprise.y[r, at] for r in rows]
     return float(sum(np.abs(v).sum() for v in silent))
 
 
 def _remove(surprise: Surprise, error: SoftError) -> None:
-    surprise.take_out(error.row, error.start, error.followed * error.offset)
+    surprise.remove_error(error.row, error.start, error.followed * error.offset)
     if error.followed < 1.0:
         k, i = divmod(error.row, surprise.limbs.count)
         at, axis = slice(error.start, error.stop), surprise.limbs.axes[k, i]
         rest = (error.followed - 1.0) * error.offset
         turn = quaternion_from_axis_angle(axis if axis.ndim == 1 else axis[at], rest)
         surprise.joints[k, i, at] = normalise(multiply(surprise.joints[k, i, at], turn))
-    surprise.look_again(error.row, error.start, error.stop)
+    surprise.update_departures(error.row, error.start, error.stop)
 
 
-def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
+def error_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
     """Return the frame ranges [start, stop) in which the level of a silent joint shows an error.
 
     `level` is the level relative to the usual one. A range ends at a cut. Ranges in short segments,

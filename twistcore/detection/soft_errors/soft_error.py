@@ -71,7 +71,7 @@ class SoftError:
         return replace(self, start=self.start + first, offset=self.offset[first:last])
 
 
-def judged(
+def marked_if_unsure(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
     """Return the error, marked unsure if it should not be corrected.

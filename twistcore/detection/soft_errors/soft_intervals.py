@@ -16,12 +16,12 @@ from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.silent_joints import (
     STANDS,
-    off_runs,
+    error_runs,
     silent_errors,
     silent_level,
     silent_sides,
 )
-from twistcore.detection.soft_errors.soft_error import SoftError, judged
+from twistcore.detection.soft_errors.soft_error import SoftError, marked_if_unsure
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains, search_all
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import Array
@@ -136,7 +136,7 @@ def search(
         r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
     }
     for k in known:
-        surprise.take_out(k.row, k.start, k.offset)
+        surprise.remove_error(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
     sides = as_captured | silent_sides(surprise)
@@ -147,7 +147,7 @@ def search(
         if level is None:
             unnatural[row] = True
             continue
-        for start, stop in off_runs(level, cut):
+        for start, stop in error_runs(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
             # A silent joint shows errors to a tenth of a degree, so an interval must be that exact.
@@ -168,7 +168,7 @@ def search(
         and _near_has(surprise, unnatural, k.row, k.start - BESIDE, k.stop + BESIDE)
     ]
     for k in doubted:
-        surprise.take_out(k.row, k.start, -k.offset)
+        surprise.remove_error(k.row, k.start, -k.offset)
         bad[k.row, k.start : k.stop] = True
     _refresh(surprise)
     found: list[SoftError] = []
@@ -190,7 +190,7 @@ def search(
         found += _better(surprise, doubted, soft)
     last = surprise.rows - limbs.count
     found = [
-        judged(
+        marked_if_unsure(
             f,
             captured[0][f.row],
             captured[1][f.row],
@@ -235,8 +235,8 @@ def _better(
 
 
 def _move(surprise: Surprise, error: SoftError | Known, sign: float) -> None:
-    surprise.take_out(error.row, error.start, sign * error.offset)
-    surprise.look_again(error.row, error.start, error.stop)
+    surprise.remove_error(error.row, error.start, sign * error.offset)
+    surprise.update_departures(error.row, error.start, error.stop)
 
 
 def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
@@ -324,16 +324,16 @@ def _unnatural(surprise: Surprise) -> Mask:
 
 
 def _near_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> bool:
-    rows = sorted({r for near in surprise.beside(row) for r in surprise.beside(near)})
+    rows = sorted({r for near in surprise.neighbours(row) for r in surprise.neighbours(near)})
     return bool(mask[rows, max(low, 0) : high].any())
 
 
 def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
-    same = known.row in surprise.beside(found.row)
+    same = known.row in surprise.neighbours(found.row)
     return same and known.start < found.stop and found.start < known.stop
 
 
-def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
+def unsearched_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
     """Return notes about frames that were not searched for soft errors.
 
     `left` contains the frame ranges [low, high), keyed by chain name. Chains with the same ranges
@@ -360,14 +360,14 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         error.start,
         error.stop,
         error.offset,
-        confidence=confidence(error.gain),
+        confidence=soft_confidence(error.gain),
         explain=partial(_evidence, error),
         followed=error.followed,
         open=error.unsure,
     )
 
 
-def confidence(gain: float) -> float:
+def soft_confidence(gain: float) -> float:
     """Return the probability that a correction is right, 0…1, given the gain of a soft error."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 

@@ -129,7 +129,7 @@ class Search:
         self._in_vain = 0
         self.found.append(best)
         self._remove(best.row, best.start, best.offset)
-        for row in self._surprise.beside(best.row):
+        for row in self._surprise.neighbours(best.row):
             if row in self._done:
                 self._update(row)
 
@@ -147,8 +147,8 @@ class Search:
         return out
 
     def _remove(self, row: int, start: int, offset: Array) -> None:
-        self._surprise.take_out(row, start, offset)
-        self._surprise.look_again(row, start, start + len(offset))
+        self._surprise.remove_error(row, start, offset)
+        self._surprise.update_departures(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
         """Return the error of a seed's chain or a neighbouring chain that explains the seed best.
@@ -156,7 +156,7 @@ class Search:
         The result is None if no explanation is good enough.
         """
         rivals: list[SoftError] = []
-        for row in self._surprise.beside(top.row):
+        for row in self._surprise.neighbours(top.row):
             if row not in self._done:
                 continue
             places = []
@@ -183,7 +183,7 @@ class Search:
         """
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
-        rows = self._surprise.beside(error.row)
+        rows = self._surprise.neighbours(error.row)
         before = sum(self._surprise.of(r, *window) for r in rows)
         self._remove(error.row, error.start, error.offset)
         after = sum(self._surprise.of(r, *window) for r in rows)

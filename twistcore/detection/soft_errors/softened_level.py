@@ -68,7 +68,7 @@ def filtered(t: Array) -> Array:
 KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
-def course(levels: Array, kernel: Kernel, frames: int) -> Array:
+def level_courses(levels: Array, kernel: Kernel, frames: int) -> Array:
     """Return the courses of levels (n, 4) over the given number of frames, radians, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
@@ -121,7 +121,7 @@ def all_fitted(
         tried = np.array([d.number + d.step for d in going])
         here = _courses(tried, going, frames)
         left = residuals(here, np.array([[d.wider] for d in going]))
-        further = [d for k, d in enumerate(going) if d.arrives(tried[k], here[k], left[k])]
+        further = [d for k, d in enumerate(going) if d.accept(tried[k], here[k], left[k])]
         if further:
             _measure_slopes(further, frames, residuals)
         going = [d for d in going if not d.is_done()]
@@ -155,7 +155,7 @@ class _Descent:
         self.residual: Array = np.zeros(0)
         self.begun = self.ended = False
 
-    def arrives(self, number: Array, course_: Array, left: Array) -> bool:
+    def accept(self, number: Array, course_: Array, left: Array) -> bool:
         """Accept new numbers if their residuals are smaller.
 
         `course_` and `left` are the course and the residuals of the new numbers. Returns True if
@@ -202,7 +202,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
         at = [k for k, own in enumerate(kernels) if own is kernel]
-        out[at] = course(numbers[at] * _AT, kernel, frames)
+        out[at] = level_courses(numbers[at] * _AT, kernel, frames)
     return out
 
 

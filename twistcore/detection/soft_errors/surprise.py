@@ -16,9 +16,13 @@ import numpy as np
 
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
-from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
+from twistcore.detection.soft_errors.departures import PROBES, SpanGrid, bridge, spans
+from twistcore.detection.soft_errors.local_departures import (
+    LocalDepartures,
+    SpanDepartures,
+    local_departures,
+)
 from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
-from twistcore.detection.soft_errors.stretch import SpanDepartures, Stretch, stretch
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import (
     Array,
@@ -77,8 +81,8 @@ class Surprise:
         self.budget = budget
         self.at: list[_AtSpan] = []
 
-    def beside(self, row: int) -> list[int]:
-        """Return the row and the rows of the chains directly above and below it in its limb."""
+    def neighbours(self, row: int) -> list[int]:
+        """Return a row and the rows of the chains directly above and below it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
@@ -86,10 +90,10 @@ class Surprise:
         """Return the rows of all chains in the same limb as `row`."""
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
-    def take_out(self, row: int, start: int, offset: Array) -> None:
+    def remove_error(self, row: int, start: int, offset: Array) -> None:
         """Remove a twist error from the rotations of a chain, from frame `start` on.
 
-        The increments and departures are not updated; call :meth:`look_again` for this.
+        The increments and departures are not updated; call :meth:`update_departures` for this.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -98,13 +102,13 @@ class Surprise:
         parent[at] = normalise(multiply(parent[at], quaternion_from_axis_angle(axis, -offset)))
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
-    def look_again(self, row: int, start: int, stop: int) -> None:
+    def update_departures(self, row: int, start: int, stop: int) -> None:
         """Update the increments and departures of a row and its neighbours.
 
         Call this method after a change in frames [start, stop).
         """
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
-        for r in self.beside(row):
+        for r in self.neighbours(row):
             k, i = divmod(r, self.limbs.count)
             part = slice(low, high)
             x, y = twist_increments(
@@ -153,7 +157,7 @@ class Surprise:
             a.spread[:, row, first:last] = spread
 
     @staticmethod
-    def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
+    def _positions(span: SpanGrid, low: int, high: int, count: int) -> tuple[int, int]:
         """Return the range of positions at which spans overlap the frames [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
@@ -169,7 +173,7 @@ class Surprise:
             found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
         return found
 
-    def stretch(self, row: int, low: int, frames: int) -> Stretch:
+    def local_departures(self, row: int, low: int, frames: int) -> LocalDepartures:
         """Return the departures of a row over spans that overlap `frames` frames from `low` on."""
         told = []
         for a in self._similar_spans(frames):
@@ -178,7 +182,7 @@ class Surprise:
                 at = np.s_[:, row, first:last]
                 weight = np.asarray(self._weight(a) * a.usable[first:last])
                 told.append(SpanDepartures(a.natural.span, first, a.u[at], a.spread[at], weight))
-        return stretch(low, frames, told)
+        return local_departures(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
         """Return the highest gain of any span near an error after removing the error, in nats.
@@ -215,7 +219,7 @@ class Surprise:
         span = a.natural.span
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
-    def price_of_a_frame(self, length: int) -> float:
+    def weight_per_frame(self, length: int) -> float:
         """Return the total weight of the departures per frame in a range of `length` frames."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._similar_spans(length)

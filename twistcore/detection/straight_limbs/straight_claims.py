@@ -17,7 +17,7 @@ from twistcore.detection.counter_twist.pairing import (
     running_sums,
 )
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.straight_limbs.straight_course import course, scale_of
+from twistcore.detection.straight_limbs.straight_course import error_course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Mask,
@@ -273,7 +273,7 @@ def _error_of(
     here = Spell(spell.start - low, spell.stop - low, 0, high - low)
     delta, jumped = np.zeros(high - low), np.zeros(high - low)
     own = slice(here.start, here.stop)
-    delta[own] = course((x, y), scales, here.start, here.stop, 0, high - low, fps)
+    delta[own] = error_course((x, y), scales, here.start, here.stop, 0, high - low, fps)
     for j in jumping:
         jumped[j.start - low : j.start - low + len(j.offset)] += j.offset
     if jumped[own].any():

@@ -29,7 +29,7 @@ ROUNDED = 0.71  # σ of this difference due to rounding, in rounding steps of th
 SAME = 1e-5  # radians: the iteration stops if δ changes less
 
 
-def course(
+def error_course(
     increments: tuple[Array, Array],
     scales: tuple[float, float],
     start: int,
@@ -92,8 +92,9 @@ def _smooth(
 ) -> list[Rows]:
     """Return scaled least-squares equations: both twists are smooth and come to rest.
 
-    The unknowns are the values of δ. The parameters have the same meaning as in :func:`course`. The
-    increment to the first frame of the segment is not used, because it crosses a cut.
+    The unknowns are the values of δ. The parameters have the same meaning as in
+    :func:`error_course`. The increment to the first frame of the segment is not used, because it
+    crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1

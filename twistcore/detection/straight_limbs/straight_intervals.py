@@ -19,12 +19,12 @@ def interval_of(chain: str, error: StraightError) -> Interval:
         error.start,
         error.stop,
         error.offset,
-        confidence=confidence(error),
+        confidence=straight_confidence(error),
         explain=partial(_explained, error),
     )
 
 
-def confidence(error: StraightError) -> float:
+def straight_confidence(error: StraightError) -> float:
     """Return the probability that the correction of a straight limb's error is right, 0…1."""
     turn, answer = (abs(t) for t in error.turns)
     score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, Kind
-from twistcore.detection.carried_rolls import may_carry
+from twistcore.detection.carried_rolls import can_have_carried_rolls
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
     limb_flips,
+    names_with_events,
     natural_events,
-    with_events,
 )
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains, uncorrectable_joints
@@ -76,7 +76,7 @@ class CleanScene:
         if self.protocol.single:
             return last_chains(self.motion.skeleton, self.chains)
         if self.protocol.carried:
-            return tuple(c for c in self.chains if may_carry(c))
+            return tuple(c for c in self.chains if can_have_carried_rolls(c))
         return self.limbs if self.protocol.limb else self.chains
 
     @cached_property

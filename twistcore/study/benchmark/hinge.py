@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.detection.evidence import Witnesses
+from twistcore.detection.evidence import ChainSignals
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
@@ -28,7 +28,7 @@ def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
     """
     out = {}
     for chain in chains:
-        known = Witnesses.of(motion, chain)
+        known = ChainSignals.of(motion, chain)
         clear = known.bend > _CLEAR
         if not known.hinged or clear.sum() < max(_FEWEST * motion.fps, 1.0):
             continue

@@ -40,7 +40,7 @@ _KEPT, _FEWEST_KEPT = 1 << 18, 12
 
 
 @dataclass(frozen=True, eq=False)
-class Witnesses:
+class ChainSignals:
     """The signals of one chain, each computed on first use (see :meth:`of`).
 
     Attributes
@@ -70,7 +70,7 @@ class Witnesses:
     _series: dict[tuple[str, int], Array] = field(default_factory=dict)  # the latest few
 
     @classmethod
-    def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
+    def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> ChainSignals:
         """Return the signals of a chain of a motion.
 
         `noise` contains the σ of noise in each frame; None means that there is no noise.
@@ -81,7 +81,7 @@ class Witnesses:
         segment = chain.segment if chain.ends else ""  # pieces of a bone have no joint between them
         return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, segment, noise)
 
-    def detached(self) -> Witnesses:
+    def detached(self) -> ChainSignals:
         """Return the signals with copies of the rotations, so that the motion can be freed."""
         q_parent, q_child = self.q_parent.copy(), self.q_child.copy()
         return replace(self, q_parent=q_parent, q_child=q_child, _series={})

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Index
-from twistcore.detection.soft_errors.departures import Span
+from twistcore.detection.soft_errors.departures import SpanGrid
 from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
@@ -36,7 +36,7 @@ class SpanDepartures:
         The weights of the departures, shape (positions,), 0 where the span crosses a cut.
     """
 
-    span: Span
+    span: SpanGrid
     first: int
     u: Array
     spread: Array
@@ -44,7 +44,7 @@ class SpanDepartures:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class LocalDepartures:
     """All n departures over spans that overlap a frame range, sorted by length, probe and position.
 
     Attributes
@@ -71,10 +71,10 @@ class Stretch:
     weight: Array
     lengths: Index
 
-    def longer(self, shortest: float) -> Stretch:
+    def longer(self, shortest: float) -> LocalDepartures:
         """Return the departures over spans of at least `shortest` frames only."""
         told = slice(int(np.searchsorted(self.lengths, shortest)), None)
-        return Stretch(
+        return LocalDepartures(
             self.frames,
             self.nodes[:, told],
             self.weights[:, told],
@@ -131,7 +131,9 @@ class Stretch:
         return np.asarray(found)
 
 
-def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
+def local_departures(
+    low: int, frames: int, departures: Sequence[SpanDepartures]
+) -> LocalDepartures:
     """Combine the departures over all spans that overlap `frames` frames from frame `low` on.
 
     `departures` has one item for each length of spans, the shortest first.
@@ -142,7 +144,7 @@ def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stre
         nodes.append(at.reshape(len(at), -1))
         weights.append(np.repeat(by, t.u.shape[1], axis=1))
     at = np.concatenate([np.zeros((5, 0), dtype=np.intp), *nodes], axis=1) - low
-    return Stretch(
+    return LocalDepartures(
         frames,
         np.where((at >= 0) & (at < frames), at, frames),
         np.concatenate([np.zeros((4, 0)), *weights], axis=1),
