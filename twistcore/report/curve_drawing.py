@@ -27,7 +27,7 @@ HEIGHT = 100
 MOST_PANELS = 8  # maximum number of chains that are drawn for a clip
 _MOST_COLUMNS = 480
 _MOST_BYTES = 46_000  # for all curves of a clip, approximately
-_BYTES = 9.0  # usual length of a column of a curve
+_BYTES = 9.0  # usual number of bytes for one column of a curve
 _ROWS = 3
 _SAME = np.radians(0.05)  # curves that differ by less are drawn as one
 _AROUND = 0.5  # seconds before and after an enlarged interval
@@ -124,7 +124,7 @@ class Panel:
 
 
 class ClipCurves:
-    """Draws the curves of a clip under review.
+    """The curves of a clip under review, in a form for drawing.
 
     Parameters
     ----------

@@ -54,8 +54,8 @@ class ClipTuning:
     left_out
         Half-open spans of the original clip that are not used, including the blends at its ends.
     given
-        The analysis of the original clip, in which listed intervals are counted. None if the clip
-        has not been reviewed.
+        The analysis of the original clip, in which listed intervals are counted. None if there is
+        no review.
     verdicts
         A person's verdicts on the intervals of `given`.
     presumed

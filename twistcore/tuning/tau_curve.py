@@ -132,9 +132,9 @@ class TauCurve:
         A false alarm costs a person one key press, but nobody notices a missed error. By default,
         an alarm therefore costs as much as 5 percentage points of FSR, so that no τ misses half of
         the errors to avoid one alarm. If several τ cost the same, the largest one that is not above
-        `smallest` is chosen, since larger injected errors say little about smaller ones. The result
-        is never below the clips' noise. `present`, the τ used so far, is returned if it is above
-        the noise and no τ has a lower loss.
+        `smallest` is chosen, because a larger τ may miss errors of sizes that were not injected.
+        The result is never below the clips' noise. `present`, the τ used so far, is returned if it
+        is above the noise and no τ has a lower loss.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):

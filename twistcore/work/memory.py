@@ -18,8 +18,8 @@ def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
     """Limit this process to its current memory, plus `spare`, plus OF_FILE times a file's `size`.
 
     All three are in bytes. Beyond the limit, a MemoryError is raised before the machine begins to
-    swap. The limit applies to the address space, which is larger than the memory in use. It is
-    removed at the end of the block. On systems other than Linux, there is no limit.
+    swap. The limit applies to the address space, which is larger than the memory in use. At the end
+    of the block, the earlier limit is restored. On systems other than Linux, there is no limit.
     """
     if sys.platform != "linux":
         yield
