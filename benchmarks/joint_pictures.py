@@ -470,7 +470,7 @@ def _near(known: dict[str, Array], name: str, values: Array) -> Array:
 
 def _flexion(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return two bends of a chain's child in degrees: in its usual direction, and across it."""
-    signals = Witnesses.of(motion, chain)
+    signals = ChainSignals.of(motion, chain)
     bend, azimuth = np.radians(signals.bend), np.radians(signals.azimuth)
     usual = np.arctan2(
         (np.sin(bend) * np.sin(azimuth)).sum(), (np.sin(bend) * np.cos(azimuth)).sum()

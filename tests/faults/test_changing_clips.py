@@ -206,5 +206,5 @@ def test_clips_that_change_once_at_random_moments(change, tmp_path):
     for mark, result in results_of(out).items():
         if mark in known:
             (tmp_path / "clip.bvh").write_bytes(known[mark])
-            _, alone, _ = clip_result.processed(tmp_path / "clip.bvh", Parameters())
+            _, alone, _ = clip_result.process_clip(tmp_path / "clip.bvh", Parameters())
             assert json.loads(result) == json.loads(json.dumps({**alone, "clip": ""}))

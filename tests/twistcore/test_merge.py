@@ -12,7 +12,7 @@ from tests.twistcore.batch_folders import clips
 from tests.twistcore.reviews import find_flips, flip
 from tests.twistcore.test_batch_run import apart, results, run
 from tests.twistcore.test_cli import run as command
-from twistcore.batch.clip_task import process
+from twistcore.batch.clip_task import run_task
 from twistcore.batch.manifest import FILE, Manifest
 from twistcore.batch.merging import merge
 from twistcore.batch.parameters import Parameters
@@ -136,7 +136,7 @@ def test_folders_that_are_refused(tmp_path):
     ):
         with pytest.raises(TwistError, match=why):
             merge([other], tmp_path / "a")
-    run(folder, tmp_path / "b", apart(process, 1))
+    run(folder, tmp_path / "b", apart(run_task, 1))
     with Manifest.open(tmp_path / "b") as manifest, manifest.transaction():
         [row] = manifest.rows().values()
         manifest.put_result(row, {})

@@ -11,13 +11,17 @@ import pytest
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.twistcore.made_records import failed, record_of, waiting
+from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import analyse
+from twistcore.batch.clip_result import process_clip
 from twistcore.batch.gates import Broken, parse_rule
+from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.report import folder_report, picture_job
 from twistcore.report.folder_report import page_of, write_folder_report
 from twistcore.report.picture_job import Drawn
+from twistcore.report.recorded_clip import report_from_manifest
 from twistcore.review import Decide, Decision, Review, write_session
 
 KICK, WALK = ASSETS / "kick.bvh", ASSETS / "walk.bvh"
@@ -250,3 +254,22 @@ def test_a_full_disk_ends_it(tmp_path, kick, monkeypatch):
     monkeypatch.setattr(folder_report, "write_atomically", full)
     with pytest.raises(OSError, match="No space left"):
         written(tmp_path, [kick])
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [
+        Parameters(people=("A",)),
+        Parameters(joint_names={"ours": {"other": ["ForeArm", "Arm", "Shoulder", "Hand"]}}),
+    ],
+)
+def test_a_page_examines_the_same_chains_as_the_run(tmp_path, parameters):
+    path = tmp_path / "pair.bvh"
+    path.write_bytes(two_people())
+    every = record_of(path, "pair.bvh")
+    _, document, _ = process_clip(path, parameters)
+    result = every.result | {key: document[key] for key in ("chains", "tau_deg")}
+    record = replace(every, result=result, parameters=parameters.to_json())
+    own, whole = (report_from_manifest(one, tmp_path).chains for one in (record, every))
+    assert [chain.name for chain in own] == document["chains"]
+    assert [chain.label for chain in own] != [chain.label for chain in whole]

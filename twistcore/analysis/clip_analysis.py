@@ -142,7 +142,7 @@ class ClipAnalysis:
         self._carried: dict[str, CarriedRolls] = {}  # keyed by method
         # Body steps without counter-twists, keyed by method.
         self._steps_left: dict[str, tuple[BodyStep, ...]] = {}
-        self._rolls = RollsOfChains(motion)
+        self._rolls = CarriedRollTest(motion)
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
@@ -449,7 +449,7 @@ class ClipAnalysis:
 
         In this case, the interval may be part of a carried roll.
         """
-        return self._rolls.along(self.chain(twist.chain), twist)
+        return self._rolls.is_carried(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
         """Return the carried rolls that remain after a detector's automatic corrections."""

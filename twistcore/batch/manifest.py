@@ -20,22 +20,22 @@ from twistcore.batch.manifest_tables import (
     add_checks,
     checked,
     columns_of,
+    expected_definitions,
     make_tables,
     put_statement,
-    shape_of,
-    shape_of_ours,
+    table_definitions,
     with_check,
 )
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.stored_rows import (
     STORED,
-    column,
-    decisions_of_clip,
-    parameters_of,
-    result_of,
+    checked_column,
+    checked_decisions,
+    checked_parameters,
+    checked_result,
 )
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import saying, shown_value, shown_words, text
+from twistcore.files.document_values import errors_naming, shown_value, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
 from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
@@ -258,7 +258,7 @@ class Manifest:
             if create:
                 self._make()
             self._schema = self._connection.execute("PRAGMA user_version").fetchone()[0]
-            if shape_of(self._connection) != shape_of_ours(self._schema):
+            if table_definitions(self._connection) != expected_definitions(self._schema):
                 raise FormatError(
                     "expected a manifest written by twistcore batch, found other tables"
                 )
@@ -331,7 +331,7 @@ class Manifest:
         with _sqlite_errors(self.folder / FILE):
             found = {}
             for mark, document, _ in self._each_row("parameters"):
-                found[column("mark", mark)] = parameters_of(_text(document))
+                found[checked_column("mark", mark)] = checked_parameters(_text(document))
             return found
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
@@ -340,7 +340,7 @@ class Manifest:
             for found in self._each_found(_UNCORRECTED):
                 if found.result and found.more[0]:
                     clip = _columns({key: found.clip[key] for key in ("source", "name")})
-                    sentences = result_of(_text(found.result["document"]))["uncorrected"]
+                    sentences = checked_result(_text(found.result["document"]))["uncorrected"]
                     yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
@@ -500,7 +500,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the checked values of columns, keyed by name."""
-    checked_ones = {name: column(name, value) for name, value in values.items()}
+    checked_ones = {name: checked_column(name, value) for name, value in values.items()}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked_ones.items()}
 
 
@@ -530,13 +530,13 @@ def _row(row: tuple[Any, ...]) -> ManifestRow:
 def _record(found: _Found) -> ClipRecord:
     columns = _columns({key: found.clip[key] for key in _OF_RECORD})
     parameters, result, decisions = found.parameters, found.result, found.decisions
-    document = result_of(_text(result["document"])) if result else None
+    document = checked_result(_text(result["document"])) if result else None
     if document is not None:
         document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
         **columns,
-        parameters=parameters_of(_text(parameters["document"])) if parameters else {},
-        version=column("version", parameters["version"]) if parameters else "",
+        parameters=checked_parameters(_text(parameters["document"])) if parameters else {},
+        version=checked_column("version", parameters["version"]) if parameters else "",
         result=document,
-        decisions=decisions_of_clip(_text(decisions["document"])) if decisions else {},
+        decisions=checked_decisions(_text(decisions["document"])) if decisions else {},
     )

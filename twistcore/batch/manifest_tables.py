@@ -68,14 +68,14 @@ def table_definitions(connection: sqlite3.Connection) -> _Shape:
 
 
 @cache
-def shape_of_ours(schema: int = SCHEMA) -> _Shape:
+def expected_definitions(schema: int = SCHEMA) -> _Shape:
     """Return the definitions of the tables that a manifest must have.
 
     A file with any other table, column, view or trigger is refused, since it could be malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection, schema)
-        return shape_of(connection)
+        return table_definitions(connection)
 
 
 def columns_of(table: str, alias: str, schema: int) -> str:

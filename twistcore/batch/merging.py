@@ -10,7 +10,7 @@ from pathlib import Path
 
 from twistcore.batch.clip_task import companion_of
 from twistcore.batch.corrected_files import write_corrected
-from twistcore.batch.inputs import Source, renamed
+from twistcore.batch.inputs import Source, with_stored_names
 from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow
 from twistcore.batch.run import locked
 from twistcore.errors import TwistError
@@ -83,7 +83,7 @@ def _latest(
                 latest[source] = manifest.folder, row
     names = {source: row.name for source, row in known.items()}
     found = [Source(row.source, row.name) for _, row in latest.values()]
-    for named in renamed(found, names):
+    for named in with_stored_names(found, names):
         folder, row = latest[named.path]
         yield folder, replace(row, name=named.name)
 

@@ -233,17 +233,17 @@ def checked_decisions(document: str) -> dict[str, Any]:
 STORED: Mapping[str, Mapping[str, _Check]] = {
     "parameters": {
         "mark": text,
-        "document": lambda value, what: parameters_of(text(value, what)),
+        "document": lambda value, what: checked_parameters(text(value, what)),
         "version": text,
     },
     "results": {
         "sha256": text,
         "mark": text,
         "bytes": _long,
-        "document": lambda value, what: result_of(text(value, what)),
+        "document": lambda value, what: checked_result(text(value, what)),
     },
     "decisions": {
         "source": _source,
-        "document": lambda value, what: decisions_of_clip(text(value, what)),
+        "document": lambda value, what: checked_decisions(text(value, what)),
     },
 }

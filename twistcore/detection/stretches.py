@@ -25,7 +25,12 @@ from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
+from twistcore.detection.lone_jumps import (
+    chain_of_joint,
+    largest_natural_turn,
+    own_axis,
+    turns_about,
+)
 from twistcore.detection.turned_ends import turned_spans
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion

@@ -17,6 +17,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.report.document import Report
 from twistcore.report.folder_numbers import nonempty_parameters
 from twistcore.review import Review, read_session
+from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
@@ -78,9 +79,10 @@ def _unreviewed(record: ClipRecord, clip: Clip, folder: Path) -> Report:
 
 
 def _analysed(clip: Clip, parameters: Mapping[str, Any]) -> ClipAnalysis:
-    rig = parameters.get("rig")
-    chains = list(parameters.get("chains") or ()) or None
-    return analyse(clip, chains, AS_FOUND if rig is None else rig_from_json(rig))
+    rig = AS_FOUND if (own := parameters.get("rig")) is None else rig_from_json(own)
+    rig = with_own_words(rig, clip.motion, parameters.get("joint_names"))
+    chains, people = (list(parameters.get(key) or ()) or None for key in ("chains", "people"))
+    return analyse(clip, chains, rig, people)
 
 
 def _names(analysis: ClipAnalysis) -> set[str]:

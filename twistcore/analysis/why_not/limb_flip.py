@@ -81,7 +81,7 @@ def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
     """Return the reason why a jump above τ is not an edge of a flip, with the costs."""
-    left = flips.left(jumps, jump)
+    left = flips.why_unexplained(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
         return _no_partner(place, flips, jumps, jump, numbers)

@@ -132,7 +132,7 @@ class AskedFrame:
         )
         numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
         # A body can turn as fast as this.
-        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)
+        alone = why == Why.ONE_JOINT and self.strength < largest_natural_turn(self.fps)
         suspicious = past and why not in _SETTLED and not alone
         return Reason(
             self.chain.name,

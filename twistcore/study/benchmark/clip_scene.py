@@ -87,7 +87,7 @@ class CleanScene:
     @cached_property
     def eventful(self) -> frozenset[str]:
         """Names of the chains and limbs with natural events, which the audited tables leave out."""
-        return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
+        return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
         """Return the index and the targets of each pass.
