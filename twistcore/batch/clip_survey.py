@@ -145,7 +145,7 @@ def survey_folder(
     >>> import twistcore as tc
     >>> worst, *others = tc.survey_folder("assets")
     >>> worst.path.name, worst.intervals
-    ('kick.bvh', 15)
+    ('kick.bvh', 16)
     """
     paths = without_exports(clips_in(Path(folder)))
     found = []
