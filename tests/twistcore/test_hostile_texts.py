@@ -109,6 +109,8 @@ def verbs(clip, session, out):
     yield ["watch", clip.parent, "-o", out / "\x1bw", "--once", "--every", "0.1", "--workers", "1"]
     yield ["batch", clip.parent, "-o", out / "\x1b[5mbatch", "--workers", "1", "--report", *files]
     yield ["batch", clip.parent, "-o", out / "b", "--fail-if", "\x1b[31m>1"]
+    yield ["merge", out / "\x1b[5mbatch", "-o", out / "\x1bmerged"]
+    yield ["merge", out / "\x1bnone", "-o", out / "\x1bother"]
     yield ["tune", bad, "-o", out / "t.json"]
     yield ["tune", "--sessions", clip.parent, "-o", out / "t.json"]
     yield ["benchmark", out / "\x1bnone", "--json", out / "x.json"]
