@@ -232,7 +232,7 @@ class FrameDrawing:
         if self.sign is None:
             return None
         points = self.sign.points[::_THINNED]
-        ends = scene.rods.ends(pose.rotations, pose.positions)
+        ends = scene.ends(pose)
         own = np.zeros(len(ends), dtype=bool)
         own[: len(pose.roles)] = pose.roles != Role.PLAIN
         towards = normalise(camera.position - points.mean(axis=0))

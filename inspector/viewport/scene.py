@@ -64,6 +64,7 @@ class Scene:
         self._triads.paint(np.repeat(np.tile(AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
+        self._ends: tuple[Pose, Array] | None = None  # of the last pose
         self._other: Solid | None = None  # the solid figure on the right
         self._third: DashedOutline | None = None  # made when needed
         self._circle: LimbCircle | None = None  # made when needed
@@ -192,6 +193,12 @@ class Scene:
         if self._corrected is not None:
             start, stop = ((p.rotations, p.positions) for p in (before, after))
             self._corrected.draw(chain, start, stop, camera.position)
+
+    def ends(self, pose: Pose) -> Array:
+        """Return the ends of all bodies in a pose, (bodies, 2, 3)."""
+        if self._ends is None or self._ends[0] is not pose:
+            self._ends = pose, self.rods.ends(pose.rotations, pose.positions)
+        return self._ends[1]
 
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:

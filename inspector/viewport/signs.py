@@ -73,7 +73,7 @@ def _add_body(
     crowding: Crowding, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> None:
     """Add a pose's bones, heads and chests to the crowding. Coloured bones weigh more."""
-    ends = scene.rods.ends(pose.rotations, pose.positions)
+    ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)
     coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
     wide = np.maximum(scene.rods.width, _THIN * scene.height)
@@ -97,7 +97,7 @@ def _is_hidden(
     point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> bool:
     """True if a bone covers a point (3,), or nearly covers it."""
-    ends = scene.rods.ends(pose.rotations, pose.positions)
+    ends = scene.ends(pose)
     points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
     at, far = camera.project(point, *size)
@@ -148,7 +148,7 @@ def _show_whole(
     """Show the whole figure, with the letters of sides, if the image shows only a part of it."""
     count = len(scene.bones)
     own = np.isin(scene.rods.parent[:count], drawing.own_joints(scene))
-    ends = scene.rods.ends(pose.rotations, pose.positions)[:count]
+    ends = scene.ends(pose)[:count]
     pixels, _ = camera.project(ends, *size)
     spare, room = _TOO_LARGE * np.array(size), np.array(size)
     small = miniature_size(size)
