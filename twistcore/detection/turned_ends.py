@@ -4,7 +4,7 @@ A solver that places the knee on the wrong side often turns the foot as well. Th
 flip then keeps or carries the foot, but neither makes its motion continuous: its local rotation
 jumps in the first frame of the flip and jumps back in the frame after the last. If both jumps are
 the same rotation, up to its direction, the foot was turned by this rotation in all frames of the
-flip.
+flip. The foot must also jump as captured, since a correction of natural motion would turn it.
 
 A turned end is never corrected automatically.
 """
@@ -82,12 +82,14 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
         inside = start > 0 and stop < motion.frames
         if not inside or cut[start] or cut[stop] or end not in owner:
             continue
+        edges = motion.rotations[[start - 1, start, stop - 1, stop], end]
+        if _smaller(turns_of_end(edges)) < SMALLEST:
+            continue  # the flip may be a false alarm, whose correction would turn the end
         frames = search.without([flip])
-        around = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
-        turns = turns_of_end(around)
-        smaller = min(float(geodesic_angle(turn, _STILL)) for turn in turns)
+        edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
+        turns = turns_of_end(edges)
         apart = float(geodesic_angle(*turns))
-        if smaller < SMALLEST or apart > APART:
+        if _smaller(turns) < SMALLEST or apart > APART:
             continue
         turn = float(geodesic_angle(common_turn(turns), _STILL))
         joint = motion.skeleton.names[end]
@@ -108,6 +110,10 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
             carried=True,
             joint=joint,
         )
+
+
+def _smaller(turns: tuple[Array, Array]) -> float:
+    return min(float(geodesic_angle(turn, _STILL)) for turn in turns)
 
 
 _STILL = np.array([1.0, 0.0, 0.0, 0.0])
