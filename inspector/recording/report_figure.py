@@ -75,7 +75,7 @@ class FigureToDraw:
         )  # fmt: skip
         camera = OrbitCamera(np.zeros(3), 0.0, 0.0, self.height, self._up, facing)
         if side is not None:
-            camera = side.camera(camera, self.height, aspect, _MARGIN)
+            camera = replace(side, margin=_MARGIN).camera(camera, self.height, aspect)
         return _above_ground(camera, self.ground, self.height)
 
     def player(self) -> dict[str, Any]:

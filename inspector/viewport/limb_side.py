@@ -48,11 +48,7 @@ class LimbSide:
     margin: float = 1.1
 
     def camera(
-        self,
-        camera: OrbitCamera,
-        height: float,
-        aspect: float,
-        covered: float = 0.0,
+        self, camera: OrbitCamera, height: float, aspect: float, *, covered: float = 0.0
     ) -> OrbitCamera:
         """Return a camera for this view.
 
