@@ -39,7 +39,9 @@ _HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write yo
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """Return a copy of a clip with hidden errors, to be reviewed, and the errors. Thread-safe.
+    """Write a copy of a clip with hidden errors. Return it, opened for review, and the errors.
+
+    This function is thread-safe.
 
     Parameters
     ----------

@@ -488,9 +488,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the review's detector is in use. If not, start it and return False.
+        """Return True if the detector of the review is in use. If not, start it and return False.
 
-        The two differ after an undo that restored a review with another detector.
+        They differ after an undo that restores a review made with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

@@ -17,7 +17,7 @@ _KEPT = 4  # maximum number of analyses, because each may take hundreds of megab
 
 
 class Rigs:
-    """The analyses of the open clip with different rigs (sets of chains), the latest few."""
+    """A cache of the analyses of the open clip with the latest few rigs (sets of chains)."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener

@@ -140,7 +140,9 @@ def record(**checks: Check) -> Check:
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
-    """Return a JSON value, or raise ValueError if it is nested too deeply to be written."""
+    """Return a JSON value. Raises ValueError if it is nested too deeply or has a number that is not
+    finite.
+    """
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError
     if isinstance(value, dict | list):

@@ -77,7 +77,7 @@ SYMBOLS = {
     "err": Symbol(
         r"\mathrm{err}(t)",
         "error",
-        tr("the part that an event adds to the offset: m with the sign of Δθp"),
+        tr("the change of the offset at a jump: m with the sign of Δθp"),
     ),
     "offset": Symbol(
         r"\mathrm{offset}(t)",

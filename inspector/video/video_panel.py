@@ -161,7 +161,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Hold the image, or release it if `on` is False and align it with the playhead."""
+        """Freeze the image, or unfreeze it and align the frozen image with the playhead."""
         if on == (self._held is not None):
             return
         if on:

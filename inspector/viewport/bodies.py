@@ -279,7 +279,10 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 
 
 def _is_free(motion: Motion, joint: int) -> bool:
-    """Return True for a joint that moves relative to the root, so that no bone leads to it."""
+    """Return True if the joint is a child of the root and moves relative to it.
+
+    No bone leads to such a joint.
+    """
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
     return bool(below_root and offset.ndim == 2 and np.ptp(offset, axis=0).any())

@@ -380,7 +380,10 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
 
 
 def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return `_turned_bones` and, for a chain, C's bone, which a carried roll turns as well."""
+    """Return the turned bones and, for a chain, the child's bone.
+
+    A carried roll turns the child's bone as well.
+    """
     turned = _turned_bones(chain, skeleton)
     return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 

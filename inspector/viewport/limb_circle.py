@@ -146,7 +146,7 @@ def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
 class LimbCircle:
     """The line and the circle of a limb or bone, and a fan with an arrow that shows the correction.
 
-    A hollow mark on the circle shows the captured position, and a full mark the corrected position.
+    A hollow mark on the circle shows the captured position, a solid mark the corrected position.
     """
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:

@@ -60,7 +60,7 @@ class WriteDialog(QDialog):
         return tr("All files (*)")
 
     def _browse(self) -> None:
-        title = tr("{command} to", command=self.windowTitle())
+        title = tr("{command} – save as", command=self.windowTitle())
         ask_where(self, title, self.pattern(), self._take, wanted=Path(self.path.text()))
 
     def _take(self, path: Path) -> None:

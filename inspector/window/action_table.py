@@ -272,7 +272,9 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    do=lambda p: p.program.choose_theme("dark")),
         None,
         Switch("presentation", tr("Presentation"), ("F5",),
-               tr("Show figure, curves and a running lesson in large type; Esc ends it"),
+               tr(
+                   "Enlarge the figure, curves and a running lesson for an audience; Esc ends it"
+               ),
                turn=lambda p, on: p.presentation.enter() if on else p.presentation.leave()),
         Switch("full_screen", tr("Full screen"), ("F11",),
                turn=lambda p, on: p.presentation.set_full_screen(on)),

@@ -27,7 +27,7 @@ _MOUSE = (
         tr("Plots: click · drag the playhead"),
         tr("select an interval or set the playhead · move the playhead"),
     ),
-    (tr("Plots: drag the τ line, double click on the strength"), tr("set τ")),
+    (tr("Plots: drag the τ line, or double-click the strength curve"), tr("set τ")),
     (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
     (tr("Plots: right button"), tr("open the menu")),
     (tr("Intervals: click ▸ or ▾"), tr("unfold or fold a group of errors")),
@@ -89,7 +89,7 @@ def _does(row: ActionRow[Any]) -> str:
 
 
 class KeyboardPage(QWidget):
-    """A window that lists keyboard shortcuts and mouse gestures below a search line.
+    """A window with a search field above a list of keyboard shortcuts and mouse gestures.
 
     Esc closes the window. Shortcuts of the program with Ctrl work in this window, too.
     """

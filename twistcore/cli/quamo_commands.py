@@ -193,7 +193,9 @@ def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
         ("where noisy", arguments.where == "noisy"),
     ):
         if given:
-            raise TwistError(f"--{name} requires --method spline, without options of the tracker")
+            raise TwistError(
+                f"--{name} requires --method spline and excludes the options of the tracker"
+            )
     if arguments.weights is not None and arguments.gains != "learned":
         raise TwistError("--weights requires --gains learned")
 

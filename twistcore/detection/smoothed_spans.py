@@ -125,10 +125,10 @@ def _sentence(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Return log10 of the pace and of the fine movement of joints, in degrees per frame.
+    """Return log10 of the speed and of the fine movement of joints, in degrees per frame.
 
-    The three arrays, (frames, joints), are the pace averaged over a window of `width` frames, the
-    fine movement averaged over this window, and the fine movement in every frame.
+    The result has three arrays, (frames, joints): the speed averaged over a window of `width`
+    frames, the fine movement averaged over this window, and the fine movement in every frame.
     """
     changes = np.diff(continuous_signs(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)

@@ -243,7 +243,7 @@ class Clip(ABC):
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of the local rotations that differ from the clip's in any bit.
+    """Return a mask of the local rotations that are not exactly equal to the clip's.
 
     The shape is (frames, joints).
     """

@@ -21,7 +21,7 @@ class PairDifference(StrEnum):
     VERDICT = "opposite decisions"
     CORRECTION = "different corrections"  # neither reviewer has rejected the interval
     DECIDED = "decided by one only"
-    INSERTED = "inserted by one only"
+    INSERTED = "inserted by only one reviewer"
     DETECTED = "detected in one only"  # and its reviewer has decided on it
 
 

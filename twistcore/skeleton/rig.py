@@ -142,7 +142,7 @@ class Rig:
         return bool(self.add or self.remove or self.names)
 
     def body(self, motion: Motion) -> Body:
-        """Return the limbs of a motion's skeleton, using the rig's meanings of joints."""
+        """Return the limbs of a motion's skeleton, using the joint roles that the rig assigns."""
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:

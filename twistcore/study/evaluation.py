@@ -143,7 +143,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
         raise ClipMismatchError(
-            f"the truth names the chain {shown_value(unknown[0])}, but the clip has none"
+            f"the truth file has a chain {shown_value(unknown[0])}, which the clip does not have"
         )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)

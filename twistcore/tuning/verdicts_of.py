@@ -330,7 +330,7 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
     for name in (judged.interval.chain for judged in state.intervals):
         if name not in there:
             raise TwistError(
-                f"{clip.name}: its session names a chain {name!r}, but the clip has none"
+                f"{clip.name}: its session has a chain {name!r}, which the clip does not have"
             )
 
 

@@ -203,7 +203,7 @@ def number(text: str) -> float:
 
 
 def not_negative(text: str) -> float:
-    """Convert a text to a finite number of at least 0."""
+    """Convert a string to a finite number of at least 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value >= 0.0):
         raise argparse.ArgumentTypeError(f"expected a number of at least 0, found {text!r}")

@@ -21,7 +21,7 @@ _NEAR = 3  # number of frames on either side whose median is the natural pace of
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Return the increments of a chain's θp minus their median nearby, in radians, (frames,)."""
+    """Return the increments of a chain's θp minus their running median, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")

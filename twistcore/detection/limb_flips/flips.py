@@ -204,7 +204,10 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 
 
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
-    """Return the evidence for a flip, keyed by name, with angles in degrees and log odds."""
+    """Return the evidence for a flip, keyed by name.
+
+    Angles are in degrees, and odds are logarithms.
+    """
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)

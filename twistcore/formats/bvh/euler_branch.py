@@ -158,7 +158,10 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Add full turns so that the angles continue `before` or, if that is None, lead to `after`."""
+    """Add full turns so that the angles continue from `before`.
+
+    If `before` is None, they end near `after`.
+    """
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:

@@ -53,7 +53,8 @@ def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     NpzError
-        If the file is damaged or has other data. Assumptions are listed in `Clip.warnings` instead.
+        If the file is damaged or does not contain poses. Missing values that had to be assumed are
+        no error; they are listed in `Clip.warnings`.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
