@@ -24,7 +24,7 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.proposal import (
-    flip_over,
+    inserted_flip,
     interval_over,
     proposed_at_jump,
     proposed_flip,
@@ -118,7 +118,7 @@ class Analysed:
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
         """Return a proposed interval over the frames [start, stop)."""
         if (limb := self.limb(chain)) is not None:
-            return flip_over(limb, start, stop)
+            return inserted_flip(limb, start, stop)
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:

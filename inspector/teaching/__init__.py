@@ -1,1 +1,1 @@
-"""The teaching tab, which explains section 3 of the paper at the selected joint."""
+"""The teaching tab and its gizmo in the 3D view, which explain section 3 of the paper."""

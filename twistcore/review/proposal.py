@@ -75,10 +75,10 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     start = int(near[near <= frame].max(initial=-1))
     stop = int(near[near > frame].min(initial=len(limb.departures)))
     stop = stop if stop < len(limb.departures) else -1
-    return flip_over(limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps))
+    return inserted_flip(limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps))
 
 
-def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
+def inserted_flip(limb: LimbFlips, start: int, stop: int) -> Interval:
     """Return a limb flip over [start, stop), with an offset as in :func:`proposed_flip`."""
     level = circular_median(relative_to_neighbours(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:

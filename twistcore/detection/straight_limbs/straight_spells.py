@@ -200,7 +200,7 @@ def errors_in(
     short = round(SHARP * fps)  # 0 at 30 Hz, where even a gradual transition may take one frame
     jumps = np.abs(delta[short:] - delta[: len(delta) - short])
     found = []
-    for start, stop in _parts(np.abs(delta) > NOTHING, fps):
+    for start, stop in _joined_runs(np.abs(delta) > NOTHING, fps):
         near = np.abs(clear[max(start - window - first, 0) : max(stop - first, 0)])
         if not near.any():
             continue
@@ -258,7 +258,7 @@ def window_of(fps: float) -> int:
     return max(2, round(WINDOW * fps))
 
 
-def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
+def _joined_runs(there: Mask, fps: float) -> list[tuple[int, int]]:
     """Return the runs of True in a mask, after joining runs that a short pause separates."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):

@@ -100,7 +100,7 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
     return len(name.roles) > 1 and all(n.helper or n.stem == name.stem for n in inner)
 
 
-def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
+def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
     """Return the bones of a line of joints, from the trunk to the end of the limb.
 
     The foot or hand is not included, except for a long foot, such as a horse's, if `segments` is

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twistcore.skeleton.body.bones import unnamed_bones
+from twistcore.skeleton.body.bones import bones_by_shape
 from twistcore.skeleton.body.by_names import toe_of
 from twistcore.skeleton.body.parts import BONES, SIDES, LimbLine
 from twistcore.skeleton.body.shape import Shape
@@ -29,7 +29,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
     """Return the limb along a line of unnamed joints, or None if it has fewer than two bones."""
-    bones = unnamed_bones(shape, joints)
+    bones = bones_by_shape(shape, joints)
     if not bones:
         return None
     end = bones[-1].child
@@ -59,7 +59,7 @@ def lines_by_shape(
     (side, kind).
     """
     found: dict[tuple[str, str], LimbLine] = {}
-    left = [list(line) for line in lines if unnamed_bones(shape, line)]
+    left = [list(line) for line in lines if bones_by_shape(shape, line)]
     across = _across(shape, known)
     for kind, segments in BONES.items():
         wanted = [side for side in SIDES if (side, kind) not in known]
@@ -67,7 +67,7 @@ def lines_by_shape(
         for side in wanted:
             own = [line for line in here if _side(shape, line, across) == side]
             if len(own) == 1:
-                bones = tuple(unnamed_bones(shape, own[0], segments))
+                bones = tuple(bones_by_shape(shape, own[0], segments))
                 toe = _toe(shape, side, bones[-1].child) if kind == "leg" else -1
                 found[side, kind] = LimbLine(side, kind, bones, toe, by_shape=True)
                 left.remove(own[0])
