@@ -1,4 +1,4 @@
-"""The page of the kinds: precision and recall of each kind of error, or of each chain."""
+"""The page that shows the precision and recall of each kind of error or of each chain."""
 
 from __future__ import annotations
 
@@ -26,31 +26,48 @@ _NOTHING = tr(
     "Nothing has been decided yet. Accept (A) or reject (R) intervals of any kind; this page then "
     "shows how many of each kind are errors, and how many errors were missed."
 )
-_BAR, _APART = 0.5, 0.17  # thickness of a bar, and distance of recall from the middle of a row
-_AXIS_HEIGHT = 18
-_BESIDE_NAMES = 14.0  # pixels
-_FEWEST = 8  # rows for which there is always room, so that no bar is thick
-_ROOM = 66.0  # per cent to the right of 100 %, for the numbers
+# In heights of a row: the thickness of a bar, and how far the mark of recall is below its middle
+_BAR, _APART = 0.5, 0.17
+_AXIS_HEIGHT = 18  # pixels
+_BESIDE_NAMES = 14.0  # pixels between the longest name of a row and the plot
+_FEWEST = 8  # minimum number of rows for which there is room, so that bars are never thick
+_ROOM = 66.0  # room for numbers to the right of 100 %, in per cent of the axis
 
 
 class _NamedRows(Axis):
-    """A vertical axis with a name at each row, the first row at the top."""
+    """A vertical axis with the names of rows. The first row is at the top.
+
+    Attributes
+    ----------
+    names
+        The names of the rows. Row k has the position −k.
+    """
 
     names: tuple[str, ...] = ()
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the positions of the rows."""
+        """Return the positions of all rows as the only level of ticks."""
         return [(1.0, [float(-k) for k in range(len(self.names))])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the names of the rows."""
+        """Return the names of the rows at the given positions."""
         return [self.names[round(-value)] for value in values]
 
 
 class KindBars(Canvas):
-    """A bar for the precision of each group of verdicts, with its 90 % confidence interval.
+    """A plot of the precision and recall of groups of verdicts, one group in each row.
 
-    A diamond marks the recall.
+    A bar shows the precision, a line shows its 90 % confidence interval, and a diamond shows the
+    recall.
+
+    Attributes
+    ----------
+    bars
+        The bars.
+    between
+        The lines.
+    recall
+        The diamonds.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -81,7 +98,7 @@ class KindBars(Canvas):
         self.touch()
 
     def show_counts(self, counts: Mapping[str, VerdictCount]) -> None:
-        """Show the verdicts of each group, keyed by its name."""
+        """Show the counts of the verdicts of each group, keyed by the name of the group."""
         self._rows.names = tuple(counts)
         metrics = QFontMetricsF(figures_font(8.0))
         widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
@@ -113,7 +130,21 @@ class KindBars(Canvas):
 
 
 class KindsPage(QWidget):
-    """The page that shows how reliable the findings of each kind or chain are."""
+    """The page that shows how reliable the detections of each kind of error or chain are.
+
+    Attributes
+    ----------
+    hint
+        The text that is shown while there are no verdicts.
+    scopes
+        The list of the groups of clips, such as this clip or the folder.
+    groups
+        The list that determines whether each row is a kind or a chain.
+    plot
+        The plot of precision and recall.
+    legend
+        The legend of the plot.
+    """
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -177,7 +208,7 @@ class KindsPage(QWidget):
         self.plot.setAccessibleDescription("\n".join((plain_text(self.legend.text()), *rows)))
 
     def counts(self) -> dict[str, VerdictCount]:
-        """Return the verdicts of the chosen scope, keyed by the names of the rows."""
+        """Return the counts of the verdicts in the chosen clips, keyed by the name of each row."""
         name = self.scopes.currentText()
         scope = next((s for s in self._all if s.name == name), None)
         if scope is None:
@@ -193,12 +224,12 @@ class KindsPage(QWidget):
     def _label(self, chain: str) -> str:
         try:
             return of_core(self._document.find_chain(chain).list_label)
-        except KeyError:  # a chain of another clip
+        except KeyError:  # the chain is only in another clip
             return chain
 
 
 def numbers_of(count: VerdictCount) -> str:
-    """Return the numbers of errors, false alarms, missed errors and undecided intervals."""
+    """Return the numbers of errors found, false alarms, missed errors and undecided intervals."""
     score = count.score
     parts = [f"✓ {score.found}", f"✗ {score.alarms}"]
     if missed := score.errors - score.found:
@@ -220,5 +251,8 @@ def _text(share: float) -> str:
 
 
 def _percent(shares: list[tuple[float, float, float]]) -> np.ndarray:
-    """Return shares with their limits in per cent, shape (3, n)."""
+    """Return shares with their confidence limits in per cent, shape (3, n).
+
+    `shares` has the share and its lower and upper limit, all in 0…1, for each of n groups.
+    """
     return 100.0 * np.array(shares, dtype=np.float64).reshape(-1, 3).T

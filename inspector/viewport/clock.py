@@ -1,6 +1,7 @@
-"""A clock-like drawing of a turn along its axis: hands before and after, and the degrees.
+"""A clock-like drawing of a rotation as seen along its axis, with the angle in degrees.
 
-The hand after the correction can be dragged to change the offset (see `dial.py`).
+One hand has the direction before correction, and the other hand has the direction after correction.
+The user can drag the corrected hand to change the offset (see `dial.py`).
 """
 
 from __future__ import annotations
@@ -29,26 +30,33 @@ from inspector.viewport.limb_turn import Turn
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
 
-_SHARE, _BOUNDS = 0.27, (64, 134)  # share of an image's width; pixels
-_STEPS = 40  # of the arc
-_FACE = 0.44  # radius of the face, in widths of the widget
-_SMALL = math.cos(math.radians(32.0))  # cosine of the largest small turn
-# Of a small turn: the length of the hands, and how far from the middle they and the degrees are.
+# Width of the drawing, as a share of the image's width, and its limits in pixels
+_SHARE, _BOUNDS = 0.27, (64, 134)
+_STEPS = 40  # number of points on the arc
+_FACE = 0.44  # radius of the clock's face, as a share of the widget's width
+_SMALL = math.cos(math.radians(32.0))  # cosine of the largest angle that is drawn as a small one
+# Layout of a small angle, as shares of the widget's width: the length of the hands, and the
+# distances from the middle of the widget to the hub and to the text.
 _LONG, _BACK, _ASIDE = 0.82, 0.38, 0.10
-_HUB = 0.26  # radius of the limb, in radii of the face
-_ARC = 0.80  # radius of the arc
-_GAP = 3.0  # pixels from the limb to the degrees
-_TIP = 0.07  # length of the arrow's tip, in widths
-_SAME = 0.01  # of the radius, less than a pixel
-_SWEPT = 70  # alpha of the turned sector
+_HUB = 0.26  # radius of the limb's cross-section, in radii of the face
+_ARC = 0.80  # radius of the arc, in lengths of the hands
+_GAP = 3.0  # pixels between the text and the limb's cross-section or the border
+_TIP = 0.07  # length of the arrowhead, as a share of the widget's width
+_SAME = 0.01  # in lengths of the hands; a smaller change of a hand is not visible
+_SWEPT = 70  # opacity of the sector between the hands, 0…255
 
 
 @dataclass(frozen=True, eq=False)
 class Hands:
-    """The hands of the clock: a turn seen along its axis.
+    """The hands of the clock, which show a rotation as seen along its axis.
 
-    - way: unit vectors from the captured to the corrected direction, (n, 2), y down
-    - degrees: the angle to write
+    Attributes
+    ----------
+    way
+        Unit vectors in the image from the captured to the corrected direction, (n, 2). The y axis
+        points down.
+    degrees
+        The angle to write, in degrees.
     """
 
     way: Array
@@ -56,37 +64,47 @@ class Hands:
 
     @property
     def sense(self) -> float:
-        """The degrees that a turn of the last hand by one degree, clockwise in the image, adds."""
+        """The change of the offset if the corrected hand turns clockwise by 1°: 1.0 or −1.0."""
         x, y = self.way[0], self.way[1]
         return math.copysign(1.0, self.degrees * float(x[0] * y[1] - x[1] * y[0]))
 
     @property
     def middle(self) -> Array:
-        """The unit vector (2,) to the middle of the arc."""
+        """The unit vector from the hub to the middle of the arc, (2,)."""
         found: Array = self.way[len(self.way) // 2]
         return found
 
     @property
     def small(self) -> bool:
-        """True for a small turn, which is drawn with longer hands."""
+        """True if the angle is small, so that longer hands are drawn."""
         return bool(self.way[0] @ self.way[-1] > _SMALL)
 
     def look_like(self, other: Hands) -> bool:
-        """True if the two drawings would look the same."""
+        """Return True if the drawings of these and the other hands look the same."""
         near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
         return bool(near and round(self.degrees) == round(other.degrees))
 
 
 def clock_size(picture: tuple[int, int]) -> QSize:
-    """Return the size of the drawing for an image of this width and height, in pixels."""
+    """Return the size of the drawing for an image of the given width and height, in pixels."""
     wide = round(min(max(_SHARE * picture[0], _BOUNDS[0]), _BOUNDS[1]))
     return QSize(wide, wide)
 
 
 def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
-    """Return the hands as seen by the camera after tipping it onto the axis of the turn.
+    """Return the hands that show a rotation as seen along its axis.
 
-    It is tipped the shortest way, so that directions in the image stay similar.
+    For this drawing, the camera is turned by the shortest rotation to look along the axis, so that
+    directions in the drawing are similar to directions in the image.
+
+    Parameters
+    ----------
+    turn
+        The rotation to show.
+    camera
+        The camera of the image.
+    degrees
+        The angle to write, in degrees.
     """
     circle = turn.circle
     axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis
@@ -97,9 +115,16 @@ def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
 
 
 class Clock(QWidget):
-    """The small drawing of a turn along its axis. A drag with the mouse turns the last hand.
+    """A small drawing of a rotation as seen along its axis, with a hand that the user can drag.
 
-    The signal `turned` is emitted with the change of the offset in degrees.
+    Attributes
+    ----------
+    grasped
+        Signal that is emitted when the user starts to drag the corrected hand.
+    turned
+        Signal that is emitted with the change of the offset in degrees during a drag.
+    hands
+        The hands that are drawn, or None.
     """
 
     grasped = Signal()
@@ -108,7 +133,8 @@ class Clock(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.hands: Hands | None = None
-        self._grasp: tuple[float, float] | None = None  # degrees of the mouse, and the sense
+        # During a drag: the direction from the hub to the mouse in degrees, and Hands.sense
+        self._grasp: tuple[float, float] | None = None
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         self.setToolTip(tr("Drag the hand to change the offset δ of the selected interval."))
         self.offer(False)
@@ -120,11 +146,14 @@ class Clock(QWidget):
         return self._grasp is not None
 
     def offer(self, on: bool) -> None:
-        """Let the user drag the hand (`on`), or let the mouse pass through."""
+        """Set whether the user can drag the hand.
+
+        If `on` is False, mouse events pass through to the view, but not during a drag.
+        """
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not (on or self.held))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin a drag with the left button."""
+        """Start a drag if the left button is pressed."""
         if event.button() != Qt.MouseButton.LeftButton or self.hands is None:
             event.ignore()
             return
@@ -133,7 +162,7 @@ class Clock(QWidget):
         self.grasped.emit()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Turn the hand with the mouse about the centre."""
+        """During a drag, emit the change of the offset as the mouse moves about the hub."""
         if self._grasp is not None:
             (before, sense), now = self._grasp, self._degrees_at(event.position())
             self._grasp = now, sense
@@ -145,11 +174,11 @@ class Clock(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
 
     def hideEvent(self, event: QHideEvent) -> None:
-        """End the drag, because a hidden widget gets no release of the mouse."""
+        """End the drag, because a hidden widget gets no event when the button is released."""
         self._grasp = None
 
     def _hub(self) -> QPointF:
-        """Return the point about which the hands turn."""
+        """Return the hub, the pixel about which the hands turn."""
         middle = QRectF(self.rect()).center()
         if self.hands is None or not self.hands.small:
             return middle
@@ -157,7 +186,7 @@ class Clock(QWidget):
 
     def _degrees_at(self, position: QPointF) -> float:
         arm = position - self._hub()
-        return math.degrees(math.atan2(arm.y(), arm.x()))  # clockwise, since y points down
+        return math.degrees(math.atan2(arm.y(), arm.x()))  # clockwise, because y points down
 
     def colour(self, theme: Theme) -> None:
         """Apply the theme's colours."""
@@ -165,22 +194,25 @@ class Clock(QWidget):
         self.update()
 
     def show_hands(self, hands: Hands, at: QRect) -> None:
-        """Show the hands in a rectangle of the view."""
+        """Show the hands in the rectangle `at` of the view.
+
+        During a drag, the drawing keeps its place.
+        """
         known, self.hands = self.hands, hands
-        if not self.held:  # it must not move away under the mouse
+        if not self.held:  # during a drag, the drawing must stay under the mouse
             self.setGeometry(at)
         self.show()
         if known is None or not hands.look_like(known):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the limb's cross-section, the hands, the arc between them, and its degrees."""
+        """Draw the limb's cross-section, the hands, the arc between them, and the angle."""
         if self.hands is None:
             return
         theme, painter = self._theme, QPainter(self)
         painter.setPen(QColor(theme.line))
         painter.setBrush(QColor(theme.raised))
-        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners take 2 ms
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners would take 2 ms
         middle = self._hub()
         radius = (_LONG if self.hands.small else _FACE) * self.width()
         way = [middle + QPointF(*(radius * arm).tolist()) for arm in self.hands.way]
@@ -216,7 +248,7 @@ class Clock(QWidget):
             painter.drawLine(edge)
 
     def _draw_degrees(self, painter: QPainter, middle: QPointF, hub: float) -> None:
-        """Write the degrees on the side away from the arc or, for a small turn, next to it."""
+        """Write the angle opposite the arc or, if the angle is small, next to the hands."""
         assert self.hands is not None
         away = self.hands.middle
         text, font = f"{abs(self.hands.degrees):.0f}°", QFont(self.font())
@@ -237,5 +269,5 @@ class Clock(QWidget):
 
 
 def _nearer(point: QPointF, middle: QPointF, share: float) -> QPointF:
-    """Return the point at a share of the way from the middle to another point."""
+    """Return the point at a share, 0…1, of the line from `middle` to `point`."""
     return middle + (point - middle) * share

@@ -1,4 +1,4 @@
-"""A preview of the correction in the left image: fins that turn and joints that move."""
+"""A preview of the correction in the left image, which shows the figure before correction."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
-_STILL = 0.01  # of the figure's height; joints that move less are in place
-_LOOSE = 0.06  # a fin whose bone moves farther would float in the air
-_NEARER = 0.5  # the line's share of its distance from the camera: it looks the same, but in front
-_JOINTS, _FINS = 4, 2
+_STILL = 0.01  # in figure heights; a joint that moves less is treated as unchanged
+# In figure heights; if a bone moves farther, its corrected fin would be too far from the drawn bone
+_LOOSE = 0.06
+# Distance of the line from the camera, relative to the true distance: the line looks the same, but
+# is in front of all bodies.
+_NEARER = 0.5
+_JOINTS, _FINS = 4, 2  # numbers of joints on the line and of fins
 
 
 class CorrectedOutline:
-    """The fins after correction, and a line through the limb's corrected joints."""
+    """The corrected fins of a limb, and a line through its corrected joints."""
 
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer
@@ -50,10 +53,16 @@ class CorrectedOutline:
         after: tuple[Array, Array],
         viewer: Array,
     ) -> None:
-        """Draw the correction of a chain or limb. For None, draw nothing.
+        """Draw the correction of a chain or limb.
 
-        `before` and `after` have the global rotations (joints, 4) and positions (joints, 3).
-        `viewer` is the position of the camera, (3,). No body hides the line from there.
+        Parameters
+        ----------
+        chain
+            The chain or limb; None hides the outline.
+        before, after
+            The global rotations (joints, 4) and positions (joints, 3) before and after correction.
+        viewer
+            The position of the camera, (3,), from which no body hides the line.
         """
         joints = [] if chain is None else self._joints(chain)
         moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1)
@@ -63,18 +72,21 @@ class CorrectedOutline:
         fins = fins_of(self._skin, turned[:_FINS], *after)[:_FINS]
         self.fins.show(bool(fins.size))
         if fins.size:
-            points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces without an area
+            points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces of zero area
             points[: fins[..., 0].size] = fins.reshape(-1, 3)
             self.fins.move(points)
         shifted = np.flatnonzero(moved > _STILL * self._height)
         self.line.show(bool(shifted.size))
-        if shifted.size:  # only the bones with a joint that moves
+        if shifted.size:  # draw only the bones that have a joint that moves
             shown = np.clip(np.arange(len(joints)), shifted[0] - 1, shifted[-1] + 1)
             places = after[1][joints][shown]
             self.line.move(viewer + _NEARER * (places - viewer))
 
     def _joints(self, chain: Chain) -> list[int]:
-        """Return the three joints of a chain or limb, and the end of the longest bone below it."""
+        """Return the three joints of a chain or limb, and the end of the longest bone below them.
+
+        If a joint does not exist, the joint above it is repeated.
+        """
         last = chain.end if isinstance(chain, Limb) else chain.grandchild
         joints = [chain.parent, chain.child, last if last >= 0 else chain.child]
         below = self._skeleton.children[joints[-1]]

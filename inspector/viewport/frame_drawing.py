@@ -1,4 +1,4 @@
-"""Draw the document's frame in a scene, and make the legend."""
+"""Draw the document's current frame in a scene, and write the legend."""
 
 from __future__ import annotations
 
@@ -31,53 +31,75 @@ from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise
 
-_SHORT = 0.01  # of the longest bone; a shorter one cannot be seen
+_SHORT = 0.01  # relative to the longest bone; a shorter bone is not visible
 _FIN = 0.4  # distance of a fin from the bone, in radii of the fan
-_THINNED = 3  # of so many points of an error, one is checked for bones before it
-_ALONG = np.linspace(0.0, 1.0, 12)[:, None]
+_THINNED = 3  # every third point of an error is tested for bones in front of it
+_ALONG = np.linspace(0.0, 1.0, 12)[:, None]  # positions along a bone
 
 
 class Guest(Protocol):
-    """The interface for a guest, which draws into the view and chooses the pose."""
+    """A feature that temporarily chooses the pose of the view and draws into the view."""
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the pose to show instead of the captured and the corrected one."""
+        """Return the pose to show instead of the captured and the corrected pose."""
 
     def legend(self) -> str:
         """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw the guest into every image."""
+        """Draw the guest's additions. The method is called each time that the view is drawn."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return points (n, 3) to frame and the unit vector (3,) to look from, or None."""
+        """Return the points to show and the direction from which to look, or None.
+
+        The points are (n, 3), and the direction is a unit vector (3,).
+        """
 
     def leave(self) -> None:
-        """Remove everything from the view."""
+        """Remove the guest's drawings from the view."""
 
 
 @dataclass(frozen=True)
 class Looks:
-    """The display options of the figure."""
+    """The display options of the figure.
+
+    Attributes
+    ----------
+    style
+        The style of the bodies.
+    split
+        True to show the figure before and after correction in two images, on the left and right.
+    trails
+        True to show the trails of hands and feet.
+    by_offset
+        True to colour each bone by its |offset|.
+    triads
+        True to show the axes of two joints of the selected chain or limb.
+    """
 
     style: Style = Style.WEDGES
-    split: bool = False  # before on the left and after on the right
+    split: bool = False
     trails: bool = False
-    by_offset: bool = False  # bones coloured by |offset|
-    triads: bool = True  # axes of the selected chain's parent and child
+    by_offset: bool = False
+    triads: bool = True
 
 
 class LoneJoint(Chain):
-    """A joint outside all chains, with one of its bones."""
+    """A joint that belongs to no chain, with one of its bones, in the form of a chain."""
 
 
 @dataclass(frozen=True, eq=False)
 class AngleSign:
-    """An angle to write into the image.
+    """An angle to write into the image, next to the wrong bone.
 
-    - degrees: the offset
-    - bone: the ends of its bone before correction, (2, 3)
-    - turn: the turn with a fan, or None
+    Attributes
+    ----------
+    degrees
+        The angle in degrees.
+    bone
+        The ends of the wrong bone before correction, (2, 3).
+    turn
+        The rotation that is drawn as a fan, or None.
     """
 
     degrees: float
@@ -86,7 +108,7 @@ class AngleSign:
 
     @cached_property
     def points(self) -> Array:
-        """Points on the wrong bone, its fan, and its captured and corrected fin, (n, 3)."""
+        """Points on the wrong bone, on its captured and corrected fin, and on the fan, (n, 3)."""
         start, stop = self.bone
         points = [start + _ALONG * (stop - start)]
         if self.turn is not None:
@@ -98,9 +120,23 @@ class AngleSign:
 
 
 class FrameDrawing:
-    """Draws the document's frame, with the third figure or the guest, if any.
+    """Draws the document's current frame and any additional figure.
 
-    A guest replaces both poses, the third figure and the axes.
+    Attributes
+    ----------
+    looks
+        The display options.
+    guest
+        A feature that replaces the figure before and after correction, or None. With a guest, the
+        companion's figure and the axes of joints are hidden.
+    companion
+        The source of a third, dashed figure, such as the tracked motion, or None.
+    left
+        The pose that was last drawn in the left or only image, or None.
+    roles
+        The roles of the bones that were last drawn, in all images.
+    sign
+        The angle to write into the last drawn image, or None.
     """
 
     def __init__(self, document: Document) -> None:
@@ -108,15 +144,23 @@ class FrameDrawing:
         self.guest: Guest | None = None
         self.companion: Companion | None = None
         self._document = document
-        self.left: Pose | None = None  # the pose that was drawn in the left image
-        self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all images
+        self.left: Pose | None = None
+        self.roles: frozenset[int] = frozenset()
         self._drawn_offsets: tuple[object, ...] = ()
-        self.sign: AngleSign | None = None  # of the drawn frame
+        self.sign: AngleSign | None = None
 
     def draw(self, scene: Scene, camera: OrbitCamera, goal: OrbitCamera) -> None:
-        """Draw everything as seen from the camera. The caller repaints.
+        """Draw the current frame into the scene, without repainting the view.
 
-        Bones that cover the error as seen from `goal`, to which the camera turns, are faint.
+        Parameters
+        ----------
+        scene
+            The scene of the open clip.
+        camera
+            The camera from which the image is seen.
+        goal
+            The camera at the end of a turn, or `camera`. Bones that hide the error from `goal` are
+            drawn as translucent.
         """
         document, looks = self._document, self.looks
         self._drawn_offsets = self._offsets()
@@ -140,7 +184,7 @@ class FrameDrawing:
         turned = turn is not None and bool(turn.drawn)
         chain = selected_chain(document) if turned else None
         scene.draw_corrected(chain, self.left, pose, camera)
-        # Axes would be inside the fan.
+        # The axes of joints would overlap with the fan.
         triads = looks.triads and self.guest is None and not turned
         scene.draw_triads(pose, _ends(pictured_chain(document)) if triads else ())
         both = scene.split or document.show == Show.BOTH
@@ -159,7 +203,7 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def turn(self, scene: Scene) -> Turn | None:
-        """Return the turn of the selected chain or limb, or None if there is no turn to draw."""
+        """Return the rotation of the selected chain or limb, or None if it has no circle."""
         document, chain = self._document, pictured_chain(self._document)
         if chain is None or isinstance(chain, LoneJoint) or self.guest is not None:
             return None
@@ -169,7 +213,11 @@ class FrameDrawing:
         return turn_of(chain, offset, now, then, scene.bones, skeleton, scene.height)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
-        """Return the pose of the frame. `show` is by default the document's choice."""
+        """Return the pose of the current frame, with the colours of its bones.
+
+        `show` determines whether the figure is shown before correction, after correction, or both.
+        By default, the document determines this.
+        """
         document = self._document
         if self.guest is not None:
             return self.guest.pose(scene, Show.BOTH if show is None else show)
@@ -178,10 +226,10 @@ class FrameDrawing:
         after, after_positions = document.pose(frame, after=True)
         roles = _roles(scene.bones, pictured_chain(document), scene.data.motion.skeleton)
         turned = scene.shapes.turned(before, after)
-        if (turned & (roles == Role.CHOSEN)).any():  # colour the selected limb, and nothing else
+        if (turned & (roles == Role.CHOSEN)).any():  # colour only the selected limb
             turned &= roles == Role.CHOSEN
             roles[:] = Role.PLAIN
-        elif fault_at(document) is not None:  # wrong in all images
+        elif fault_at(document) is not None:  # no correction: the limb is wrong in all images
             roles[roles == Role.CHOSEN] = Role.BEFORE
         roles[turned] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
         if show != Show.BEFORE:
@@ -191,7 +239,8 @@ class FrameDrawing:
             return Pose(before, positions, roles, None, offsets)
         both = show == Show.BOTH
         ghost = (before, scene.shapes.differing(before, after)) if both else None
-        if not both and (tracked := self._tracked_pose()):  # shown alone: the final result
+        # Without the captured figure, show the tracked motion, which is the final result.
+        if not both and (tracked := self._tracked_pose()):
             after, after_positions = tracked
         return Pose(after, after_positions, roles, ghost, offsets, positions)
 
@@ -211,7 +260,11 @@ class FrameDrawing:
         return text
 
     def _angle_to_show(self, scene: Scene, turn: Turn | None) -> AngleSign | None:
-        """Return the offset to write into the image of the frame, or None for no offset."""
+        """Return the angle to write into the image, or None if there is none.
+
+        The angle is the offset of the selected chain or limb or, for an error that cannot be
+        corrected, the size of the error.
+        """
         document, chain = self._document, pictured_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
@@ -228,7 +281,7 @@ class FrameDrawing:
     def _covering_bones(
         self, scene: Scene, pose: Pose, camera: OrbitCamera
     ) -> NDArray[np.bool_] | None:
-        """Return a mask of the bodies in front of the error, (bodies,), or None for none."""
+        """Return a mask of the bodies that hide the error, (bodies,), or None."""
         if self.sign is None:
             return None
         points = self.sign.points[::_THINNED]
@@ -245,7 +298,12 @@ class FrameDrawing:
         return first if chain is None else scene.people.get(chain.person, first)
 
     def sides(self) -> Mapping[str, int]:
-        """Return joint C on each side, keyed by side, with the selected chain's or limb's last."""
+        """Return the middle joint on each side of the body, keyed by side.
+
+        The last entry is the middle joint (C) of the selected chain or limb, and the other entry is
+        the middle joint of the same chain or limb on the other side. The result is empty if the
+        side or the segment is unknown.
+        """
         document, chosen = self._document, pictured_chain(self._document)
         if chosen is None or not chosen.side or not chosen.segment or document.data is None:
             return {}
@@ -258,11 +316,11 @@ class FrameDrawing:
         return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
-        """True if the offsets at the frame have not changed since it was drawn."""
+        """Return True if the corrections at the frame are the same as when it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[object, ...]:
-        """Return the offsets of all chains and limbs at the frame, and the corrected joints."""
+        """Return everything that determines the corrected pose of the frame, to detect changes."""
         document = self._document
         if document.data is None:
             return ()
@@ -273,7 +331,7 @@ class FrameDrawing:
 
 
 def selected_chain(document: Document) -> Chain | None:
-    """Return the selected chain, or None without a clip or chains."""
+    """Return the selected chain or limb, or None if there is no clip or no chain."""
     try:
         return document.find_chain(document.chain)
     except KeyError:
@@ -281,10 +339,11 @@ def selected_chain(document: Document) -> Chain | None:
 
 
 def pictured_chain(document: Document) -> Chain | None:
-    """Return the selected chain, or the bone of the joint in the selected interval.
+    """Return the chain, limb or single bone to show.
 
-    The bone is returned if this joint is not part of the chain, for example in the spine. A joint
-    without a bone below it has the bone above it.
+    In general, this is the selected chain or limb. If the selected interval is an error of a single
+    joint outside this chain, for example in the spine, a bone of the joint is returned: a bone
+    below the joint or, if there is none, the bone above it.
     """
     chain, judged = selected_chain(document), document.interval
     if chain is None or judged is None or document.data is None:
@@ -311,14 +370,14 @@ def pictured_chain(document: Document) -> Chain | None:
 
 
 def _ends(chain: Chain | None) -> tuple[int, ...]:
-    """Return P and C of a chain, or P and E of a limb."""
+    """Return the parent P and child C of a chain, or the first joint P and the end E of a limb."""
     if chain is None:
         return ()
     return chain.parent, chain.end if isinstance(chain, Limb) else chain.child
 
 
 def fault_at(document: Document) -> Interval | None:
-    """Return the selected interval if it contains the frame and cannot be corrected."""
+    """Return the selected interval if it contains the frame and has no correction, or None."""
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -327,16 +386,26 @@ def fault_at(document: Document) -> Interval | None:
 
 
 def selected_limb(document: Document) -> Limb | None:
-    """Return the selected limb, or None."""
+    """Return the selected limb, or None if no limb is selected."""
     chain = selected_chain(document)
     return chain if isinstance(chain, Limb) else None
 
 
 def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
-    """Return the captured pose, or an altered one with the captured pose as its ghost.
+    """Return the captured pose, or an altered pose with the captured pose as its ghost.
 
-    `altered` has the global rotations and positions. Only bones that keep their position have a
-    ghost. All bones except the selected chain's are faint.
+    Only bones that keep their position have a ghost. All bones except the bones of the selected
+    chain are translucent.
+
+    Parameters
+    ----------
+    document
+        The document, which determines the frame and the selected chain.
+    scene
+        The scene of the open clip.
+    altered
+        The global rotations (joints, 4) and positions (joints, 3) of the altered pose; None for the
+        captured pose.
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
@@ -351,9 +420,9 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 
 
 def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
-    """Return the role of each bone, CHOSEN for the selected chain or limb, (bones,).
+    """Return the role of each bone, (bones,): CHOSEN for the bones of `chain`, PLAIN for others.
 
-    For a twist bone, its own bones and the bone around it are CHOSEN.
+    For a twist bone, its own bones and the bone whose roll it distributes are CHOSEN.
     """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
@@ -367,12 +436,12 @@ def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skelet
 
 
 def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones that begin at a joint, as pairs of joints; −1 is the End Site."""
+    """Return the bones that begin at a joint, as (joint, child); the child of an End Site is −1."""
     return [(joint, child) for child in (*skeleton.children[joint], -1)]
 
 
 def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
-    """Return a mask of the bones that only undecided corrections turn at the frame, (bones,)."""
+    """Return a mask of the bones with a correction that no person has chosen, (bones,)."""
     skeleton = scene.data.motion.skeleton
     chains = map(document.find_chain, document.suggested_chains)
     wanted = {pair for chain in chains for pair in _moved_bones(chain, skeleton)}
@@ -380,16 +449,19 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
 
 
 def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the turned bones and, for a chain, the child's bone.
+    """Return the bones that a correction may rotate, as (parent, child).
 
-    A carried roll turns the child's bone as well.
+    For a chain, the bone of the child is included, because a carried roll rotates it as well.
     """
     turned = _turned_bones(chain, skeleton)
     return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 
 
 def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones that a correction of a chain, limb or twist bone turns, as pairs."""
+    """Return the bones that every correction of a chain, limb or twist bone rotates.
+
+    The bones are pairs of joints, (parent, child).
+    """
     if isinstance(chain, Limb):
         return limb_bones(chain, skeleton)
     if isinstance(chain, Helper):
@@ -398,10 +470,10 @@ def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
-    """Return the |offset| of each bone at the frame, radians, (bones,).
+    """Return the |offset| of each bone at the frame in radians, (bones,).
 
-    If a bone belongs to a chain and a limb, or its joint is corrected alone, the larger offset is
-    used.
+    A bone may have several offsets: from its chain, from its limb, and from an error of its joint
+    alone. The largest one is returned.
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:

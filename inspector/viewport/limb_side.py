@@ -1,4 +1,4 @@
-"""The direction from which a limb's error is best visible, and the points to frame."""
+"""Find the direction from which the error of a limb is best visible, and the points to show."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone that should be visible
-_ROOM = 1.2  # around a circle, which is large
-_OUTER = 0.9  # of the fan, in radii
+_ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone, 0…1, that should be visible
+_ROOM = 1.2  # size of the image relative to the shown points if they include a limb's circle
+_OUTER = 0.9  # distance of the points on a fan from its centre, in radii of the fan
 _FIN = 0.06  # distance from the bone to the tip of its fin, in figure heights
-_AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
-_NEXT = 0.4  # share of the neighbours of a bone in the image
-_STILL = 0.02  # of the figure's height; joints that move less are in place
+_AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)  # angles of points on a circle
+_NEXT = 0.4  # share of each neighbouring bone that the image shows
+_STILL = 0.02  # in figure heights; a joint that moves less is treated as unchanged
 _AIR = 0.035  # margin around the limb, in figure heights
 
 
@@ -39,8 +39,14 @@ _AIR = 0.035  # margin around the limb, in figure heights
 class LimbSide:
     """A view of a limb.
 
-    `direction` is the unit vector towards the camera. `points` are the points to frame, (n, 3).
-    `margin` is the size of the image relative to these points.
+    Attributes
+    ----------
+    direction
+        The unit vector towards the camera, (3,).
+    points
+        The points to show, (n, 3).
+    margin
+        The size of the image relative to the extent of these points.
     """
 
     direction: Array
@@ -50,10 +56,18 @@ class LimbSide:
     def camera(
         self, camera: OrbitCamera, height: float, aspect: float, *, covered: float = 0.0
     ) -> OrbitCamera:
-        """Return a camera for this view.
+        """Return a camera that shows this view.
 
-        `height` is the figure's height. `aspect` is the image's width divided by its height.
-        `covered` is the share of the image's height that is covered at the top.
+        Parameters
+        ----------
+        camera
+            The current camera.
+        height
+            The height of the figure.
+        aspect
+            The width of the image divided by its height.
+        covered
+            The share of the image's height that is covered at the top.
         """
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
@@ -61,7 +75,10 @@ class LimbSide:
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
-    """Return the positions of a chain's joints, (2 or 3, 3), from positions (joints, 3)."""
+    """Return the positions of the joints of a chain or limb, (2 or 3, 3).
+
+    `positions` has the positions of all joints, (joints, 3).
+    """
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     return positions[joints]
 
@@ -79,15 +96,28 @@ def limb_side(
     above: int = -1,
     body: Sequence[int] = (),
 ) -> LimbSide | None:
-    """Return the best view of a chain or limb, or None if it has no body.
+    """Return the best view of the error of a chain or limb, or None if its bone is not drawn.
 
-    For limbs and twist bones, the circle looks open in this view.
+    For a limb or twist bone, the circle looks open in this view.
 
-    - before, after: global rotations (joints, 4) and positions (joints, 3)
-    - facing, up: unit vectors (3,) of the figure
-    - height: the height of the figure
-    - above: another joint to frame, −1 for none
-    - body: the joints of the person, by default all joints
+    Parameters
+    ----------
+    chain
+        The chain, limb or twist bone.
+    bones
+        All bones of the figure.
+    before, after
+        The global rotations (joints, 4) and positions (joints, 3) before and after correction.
+    facing, up
+        The direction in which the figure faces, and the upward direction, unit vectors (3,).
+    skeleton
+        The skeleton of the clip.
+    height
+        The height of the figure.
+    above
+        The index of another joint to show, or −1.
+    body
+        The joints of the person; by default, all joints.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
@@ -112,7 +142,7 @@ def limb_side(
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
         outward = limb.mean(axis=0) - middle
-    # Most of the image is the turned bone; half of its neighbours is enough.
+    # The rotated bone should fill most of the image, so only a part of its neighbours is shown.
     ends = limb[:2]
     limb = np.vstack([ends, ends[1] + _NEXT * (limb[2:3] - ends[1])])
     if above >= 0:
@@ -140,7 +170,10 @@ def limb_side(
 
 
 def _fan(circle: Circle, after: Array) -> Array:
-    """Return points on the fan from a circle's mark to its corrected direction (3,), (n, 3)."""
+    """Return points on the fan between the captured and the corrected direction, (n, 3).
+
+    `after` is the corrected direction, (3,). The captured direction is `circle.aside`.
+    """
     goal = normalise(after - (after @ circle.axis) * circle.axis)
     first = normalise(circle.aside)
     turn = float(np.arctan2(np.cross(first, goal) @ circle.axis, first @ goal))
@@ -150,9 +183,23 @@ def _fan(circle: Circle, after: Array) -> Array:
 def _first_moved(
     chain: Chain, skeleton: Skeleton, before: Array, after: Array, height: float
 ) -> tuple[Array, Array]:
-    """Return the positions, before and after, of the first joints below a chain that move.
+    """Return the first joints that the correction moves, searching down from the parent of a chain.
 
-    The shape of both is (n, 3).
+    Parameters
+    ----------
+    chain
+        The chain or limb.
+    skeleton
+        The skeleton of the clip.
+    before, after
+        The positions of all joints before and after correction, (joints, 3).
+    height
+        The height of the figure.
+
+    Returns
+    -------
+    tuple of ndarray
+        The positions of these joints before and after correction, each (n, 3).
     """
     moved = np.linalg.norm(after - before, axis=1) > _STILL * height
     joints, first = [chain.parent], []
@@ -166,7 +213,10 @@ def _first_moved(
 
 
 def main_bone(chain: Chain, bones: Sequence[BoneSegment]) -> BoneSegment | None:
-    """Return a chain's bone P→C or, if that has no body, another bone that P turns, or None."""
+    """Return the bone of a chain from its parent P to its child C.
+
+    If this bone is not drawn, another bone of P is returned, or None if P has no other bone.
+    """
     own = [b for b in bones if b.parent == chain.parent]
     return min(own, key=lambda b: b.child != chain.child, default=None)
 
@@ -180,9 +230,25 @@ def _hidden_share(
     fan: Array,
     directions: Array,
 ) -> Array:
-    """Return the hidden share of a limb and its fan (n, 3), the largest one, (directions,).
+    """Return the share of a limb and its fan that is hidden from each direction, (directions,).
 
-    The limb is checked before and after correction. It may also hide its own fan.
+    The result is the largest of several shares: of the limb or of the fan only, before and after
+    correction, and hidden by other bones or by the limb itself.
+
+    Parameters
+    ----------
+    chain
+        The chain or limb.
+    bones
+        All bones of the figure.
+    before, after
+        The global rotations (joints, 4) and positions (joints, 3) before and after correction.
+    height
+        The height of the figure.
+    fan
+        Points on the fan, (n, 3).
+    directions
+        Unit vectors towards the camera, (directions, 3).
     """
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
@@ -203,7 +269,7 @@ def _hidden_share(
             [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
         )
         marks = fan
-        if bone is not None:  # the bone and its fins may also be behind the bone below
+        if bone is not None:  # the bone below may also hide this bone and its fins
             turns = np.stack([before[0][chain.parent], after[0][chain.parent]])
             fins = points[: len(places)] + _FIN * height * rotate(turns, bone.normal)[:, None]
             marks = np.vstack([points[: len(places) - 1], fins.reshape(-1, 3), fan])

@@ -1,4 +1,4 @@
-"""Measure how much of a limb is hidden behind other bones, from many directions."""
+"""Measure how much of a limb is hidden by other bones, from many directions."""
 
 from __future__ import annotations
 
@@ -11,19 +11,27 @@ from numpy.typing import NDArray
 from inspector.viewport.bodies import BoneSegment
 from twistcore.skeleton.rotation import Array
 
-_THICK = 0.036  # smallest radius of a bone that may hide others, in figure heights
-_THIN = 0.032  # and that may be drawn as translucent
-_CLEAR = 0.8  # share of that radius that covers; near the border, parts remain visible
-_BODY = 0.030  # smallest radius of a head or chest, which also hides bones inside it
-_FEW = 0.06  # hidden share of points that does not matter
-_LITTLE = 0.02  # and by a single bone
+# Minimum radius of a bone in figure heights; a thinner bone is treated as this thick. The search
+# for the best direction of the camera uses _THICK, and the search for bones that hide the error
+# uses _THIN.
+_THICK = 0.036
+_THIN = 0.032
+_CLEAR = 0.8  # share of a bone's radius that hides points; near its border, parts remain visible
+_BODY = 0.030  # radius, in figure heights, above which a body also hides the bones inside it
+_FEW = 0.06  # share of the points that may be hidden without any bone being drawn as translucent
+_LITTLE = 0.02  # share of the points that a single bone may hide without being translucent
 
 
 @dataclass(frozen=True, eq=False)
 class Occluders:
-    """Bones as rods.
+    """Bones as rods, which hide the points behind them.
 
-    `starts` and `stops` have the shape (B, 3), and `radius` has the shape (B,).
+    Attributes
+    ----------
+    starts, stops
+        The ends of the rods, (rods, 3).
+    radius
+        The radius of each rod, (rods,).
     """
 
     starts: Array
@@ -31,9 +39,14 @@ class Occluders:
     radius: Array
 
     def hidden_share(self, points: Array, directions: Array) -> Array:
-        """Return the share of points (n, 3) that are hidden from each direction, (d,).
+        """Return the share of points that are hidden from each direction, (directions,).
 
-        `directions` are the unit vectors (d, 3) from which the points are seen.
+        Parameters
+        ----------
+        points
+            The points, (n, 3).
+        directions
+            Unit vectors towards the viewer, (directions, 3).
         """
         if not len(points):
             return np.zeros(len(directions))
@@ -41,21 +54,37 @@ class Occluders:
         return found
 
     def hides(self, points: Array, directions: Array, behind: Array) -> NDArray[np.bool_]:
-        """Return which rod hides which point from each direction, (d, n, B).
+        """Return a mask of the points that each rod hides from each direction.
 
-        A hidden point is farther from the viewer than the rod's line by `behind`, (B,).
+        Parameters
+        ----------
+        points
+            The points, (n, 3).
+        directions
+            Unit vectors towards the viewer, (directions, 3).
+        behind
+            The distance behind the axis of each rod from which points are hidden, (rods,). A
+            negative value also hides points in front of the axis.
+
+        Returns
+        -------
+        ndarray of bool
+            The mask, (directions, n, rods).
         """
         aside = np.cross(directions, np.where(np.abs(directions[:, :1]) < 0.9, [[1.0, 0.0, 0.0]],
                                               [[0.0, 1.0, 0.0]]))  # fmt: skip
         aside /= np.linalg.norm(aside, axis=1, keepdims=True)
-        axes = np.stack([aside, np.cross(directions, aside), directions], axis=1)  # (d, 3, 3)
-        # (3, d, bones or points): x and y in the image plane, and the distance to the viewer.
-        # Arrays of one coordinate each are faster than rows of three.
+        # The axes of the image and the direction to the viewer, (directions, 3, 3)
+        axes = np.stack([aside, np.cross(directions, aside), directions], axis=1)
+        # Arrays (3, directions, rods or points): x and y in the image plane, and the position
+        # towards the viewer. Calculations with one array per coordinate are faster than
+        # calculations with rows of three coordinates.
         start = np.einsum("dij,bj->idb", axes, self.starts)
         along = np.einsum("dij,bj->idb", axes, self.stops - self.starts)
         own = np.einsum("dij,nj->idn", axes, points)
         length = np.maximum(along[0] ** 2 + along[1] ** 2, 1e-12)
-        ahead = [own[k][:, :, None] - start[k][:, None] for k in range(3)]  # (d, n, b) each
+        # From the start of each rod to each point: three arrays (directions, n, rods)
+        ahead = [own[k][:, :, None] - start[k][:, None] for k in range(3)]
         steps = along[:, :, None]
         share = np.clip((ahead[0] * steps[0] + ahead[1] * steps[1]) / length[:, None], 0.0, 1.0)
         x, y, depth = (ahead[k] - share * steps[k] for k in range(3))
@@ -71,12 +100,20 @@ def occluders(
     own: Sequence[tuple[int, int]],
     height: float,
 ) -> Occluders:
-    """Return the bones that may hide a limb: all except its own.
+    """Return the bones that may hide a limb: all bones except the bones of the limb.
 
-    - ends: the tips of all bones in world space, (bones, 3)
-    - positions: the positions of the joints, (joints, 3)
-    - own: the limb's bones, as (parent, child)
-    - height: the height of the figure
+    Parameters
+    ----------
+    bones
+        All bones of the figure.
+    ends
+        The tips of all bones in world space, (bones, 3).
+    positions
+        The positions of the joints, (joints, 3).
+    own
+        The bones of the limb, as (parent, child).
+    height
+        The height of the figure.
     """
     kept = [k for k, b in enumerate(bones) if (b.parent, b.child) not in own]
     return Occluders(
@@ -94,12 +131,22 @@ def covering(
     points: Array,
     direction: Array,
 ) -> NDArray[np.bool_] | None:
-    """Return a mask (bones,) of the bones that cover points (n, 3), or None if they cover few.
+    """Return a mask of the bones that hide points, (bones,), or None if they hide few points.
 
-    - ends, widths: the ends (bones, 2, 3) and half widths (bones,) of the bones
-    - own: mask of the bones that never count, (bones,)
-    - height: the height of the figure
-    - direction: the unit vector (3,) towards the viewer
+    Parameters
+    ----------
+    ends
+        The ends of the bones, (bones, 2, 3).
+    widths
+        Half the width of each bone, (bones,).
+    own
+        A mask of the bones that are never included in the result, (bones,).
+    height
+        The height of the figure.
+    points
+        The points, (n, 3).
+    direction
+        The unit vector towards the viewer, (3,).
     """
     rods = Occluders(ends[:, 0], ends[:, 1], _CLEAR * np.maximum(widths, _THIN * height))
     inside = widths > _BODY * height

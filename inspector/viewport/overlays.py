@@ -1,4 +1,4 @@
-"""Overlays of the 3D view: legend, notice, colour scale, and the line between two images."""
+"""Widgets over the 3D view: legend, notice, labels, colour scale, small drawings and divider."""
 
 from __future__ import annotations
 
@@ -20,29 +20,31 @@ from twistcore.skeleton.rotation import Array
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 8  # pixels between overlays and the border
+# Positions that are tried for a label: in 16 directions from its place, given as angles and as unit
+# vectors (16, 2), and at these distances in pixels
 _WAYS = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
-_REACHES = 14.0, 32.0, 54.0, 80.0  # pixels from a place to a label that would cover something there
-_FAR = 0.05  # covered samples for which a label moves away by a pixel
-_SOLID = 8.0  # weight of each cell under a label
-SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
+_REACHES = 14.0, 32.0, 54.0, 80.0
+_FAR = 0.05  # cost of a pixel of distance, in units of the weight that a label covers
+_SOLID = 8.0  # weight of each cell of Crowding that a label covers
+SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the image
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
 class Overlays:
-    """The widgets over a view. All but the clock ignore the mouse."""
+    """The widgets over a 3D view. All of them except the clock ignore the mouse."""
 
     def __init__(self, view: QWidget) -> None:
-        # Between two images; created first, so that it is below the other widgets.
+        # The line between two images; created first, so that it is below the other widgets.
         self.divider = _ignore_mouse(QWidget(view))
         self.divider.hide()
-        self.notice = _ignore_mouse(QLabel(view))  # a sentence in the middle
+        self.notice = _ignore_mouse(QLabel(view))  # a sentence in the middle of the view
         self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.notice.setWordWrap(True)
-        self.legend = _ignore_mouse(QLabel(view))  # the key of colours
+        self.legend = _ignore_mouse(QLabel(view))  # the meaning of the colours
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
-        self.angle = _ignore_mouse(QLabel(view))  # at the wrong bone
+        self.angle = _ignore_mouse(QLabel(view))  # next to the wrong bone
         self.angle.hide()
         self.scale = OffsetScale(view)
         self.sides = {side: _ignore_mouse(QLabel(letter, view)) for side, letter in SIDES.items()}
@@ -51,10 +53,10 @@ class Overlays:
         self.whole = WholeFigure(view)
         self.clock = Clock(view)
         self._split = False
-        self._wrong = False  # the letters of sides are at an error
+        self._wrong = False  # True if the letters of the sides are next to an error
 
     def colour(self, theme: Theme, points: float) -> None:
-        """Apply the theme's colours. `points` is the font size of the legend."""
+        """Apply the theme's colours. `points` is the font size of the legend in points."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(
             f"background: {theme.raised}; color: {theme.text}; padding: 4px 8px;"
@@ -82,8 +84,18 @@ class Overlays:
             )
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
-        """Place all overlays. Those about a figure are hidden while no figure is drawn."""
-        view = self.notice.parentWidget()  # no reference, which would keep OpenGL
+        """Place all overlays.
+
+        Parameters
+        ----------
+        drawing
+            True if a figure is drawn; if not, all overlays except the notice are hidden.
+        by_offset
+            True to show the colour scale of |offset|.
+        split
+            True if there are two images.
+        """
+        view = self.notice.parentWidget()  # a stored reference would keep OpenGL alive
         assert view is not None
         high = view.height()
         self._split = split
@@ -104,9 +116,18 @@ class Overlays:
             self.fit()
 
     def show_angle(self, text: str, bone: Array, thick: float, crowding: Crowding) -> None:
-        """Show an angle next to a bone in the left image. An empty text hides it.
+        """Show an angle next to a bone in the left image.
 
-        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels.
+        Parameters
+        ----------
+        text
+            The angle with its unit; an empty text hides the label.
+        bone
+            The ends of the bone in pixels, (2, 2).
+        thick
+            The radius of the bone in pixels.
+        crowding
+            The crowded parts of the image, to which the label is added.
         """
         if not text:
             self.angle.hide()
@@ -125,10 +146,17 @@ class Overlays:
     def show_sides(
         self, places: Mapping[str, Array], crowding: Crowding, *, wrong: bool = False
     ) -> None:
-        """Show the letters of sides in the left image, at or near the given pixels (2,).
+        """Show the letters of the body's sides in the left image.
 
-        A letter that does not fit into the image is hidden. `wrong` gives the letters the colour of
-        an error.
+        Parameters
+        ----------
+        places
+            The pixel at or near which to show each letter, (2,), keyed by side. A letter without a
+            place, or with a place outside the image, is hidden.
+        crowding
+            The crowded parts of the image, to which the letters are added.
+        wrong
+            True to show the letters in the colour of an error.
         """
         if wrong != self._wrong:
             self._wrong = wrong
@@ -146,9 +174,18 @@ class Overlays:
     def _clear_place(
         self, first: Array, size: QSize, crowding: Crowding, *, around: Array
     ) -> QRect:
-        """Return the rectangle for a label of this size where it covers least.
+        """Return the rectangle in which a label covers little and is near its place.
 
-        Its centre is at `first` or near `around`, both in pixels, (2,).
+        Parameters
+        ----------
+        first
+            The preferred centre of the label in pixels, (2,).
+        size
+            The size of the label.
+        crowding
+            The crowded parts of the image.
+        around
+            The place around which other centres are tried, in pixels, (2,).
         """
         room, extent = self._room(), np.array(size.toTuple())
         least = np.array(room.topLeft().toTuple()) + extent / 2.0
@@ -164,7 +201,17 @@ class Overlays:
         return box
 
     def show_whole(self, drawn: Miniature | None, size: QSize, crowding: Crowding) -> None:
-        """Show the whole figure in the emptiest corner of the left image. None hides it."""
+        """Show a drawing of the whole figure in the emptiest corner of the left image.
+
+        Parameters
+        ----------
+        drawn
+            The drawing; None hides the widget.
+        size
+            The size of the drawing.
+        crowding
+            The crowded parts of the image, to which the widget is added.
+        """
         corner = None if drawn is None else self._emptiest_corner(size, crowding)
         if drawn is None or corner is None:
             self.whole.hide()
@@ -173,9 +220,18 @@ class Overlays:
             crowding.add_box(corner, _SOLID)
 
     def show_clock(self, hands: Hands | None, size: QSize, crowding: Crowding) -> bool:
-        """Show the clock in the emptiest corner of the left image, or hide it.
+        """Show the clock in the emptiest corner of the left image, and return True if it is shown.
 
-        Returns True if the clock is shown.
+        While the user drags the hand, the clock keeps its place.
+
+        Parameters
+        ----------
+        hands
+            The hands of the clock; None hides the clock.
+        size
+            The size of the clock.
+        crowding
+            The crowded parts of the image, to which the clock is added.
         """
         corner = None if hands is None else self._emptiest_corner(size, crowding)
         if self.clock.held:
@@ -189,7 +245,7 @@ class Overlays:
         return True
 
     def _emptiest_corner(self, size: QSize, crowding: Crowding) -> QRect | None:
-        """Return the emptiest corner for a widget of this size, or None if it does not fit."""
+        """Return the rectangle of a widget in the emptiest corner, or None if it does not fit."""
         room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         if room.width() < size.width() or room.height() < size.height():
             return None
@@ -213,11 +269,11 @@ class Overlays:
         return max(self.legend.geometry().bottom() + 1, line)
 
     def fit(self) -> None:
-        """Lay out the legend across the top of the view, and the divider below it."""
+        """Lay out the legend across the top of the view, and the divider below the legend."""
         view, legend = self.notice.parentWidget(), self.legend
         assert view is not None
         wide, middle = view.width(), view.width() // 2
-        if legend.wordWrap():  # setting it lays out the text again
+        if legend.wordWrap():  # setWordWrap lays out the text again, even without a change
             legend.setWordWrap(False)
         high = legend.sizeHint().height()
         if legend.sizeHint().width() > wide:
@@ -229,7 +285,7 @@ class Overlays:
 
 
 class OffsetScale(QWidget):
-    """The colour scale of |offset|, 0…180°."""
+    """The colour scale of |offset| from 0° to 180°."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -270,11 +326,14 @@ class OffsetScale(QWidget):
 
 
 def _half_extent(size: QSize, way: Array) -> float:
-    """Return the approximate distance, in pixels, of a box's border from its centre."""
+    """Return the approximate distance from the centre of a box to its border, in pixels.
+
+    `way` is the direction of the distance, a unit vector (2,).
+    """
     return float(np.abs(way) @ size.toTuple()) / 2.0
 
 
 def _ignore_mouse(widget: _Shown) -> _Shown:
-    """Let mouse events pass through a widget, and return it."""
+    """Let mouse events pass through a widget, and return the widget."""
     widget.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     return widget

@@ -1,4 +1,4 @@
-"""The VTK scene: figures on the ground, in one image or in two."""
+"""The VTK scene of a clip: the figures and the ground, in one image or two images."""
 
 from __future__ import annotations
 
@@ -33,7 +33,31 @@ AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8) 
 
 
 class Scene:
-    """The scene of a clip in a plotter. Each clip gets a new scene."""
+    """The figures and the ground of a clip in a plotter. Each clip gets a new scene.
+
+    Attributes
+    ----------
+    data
+        The clip with the results of its analysis.
+    people
+        The joints of each person, keyed by name.
+    up
+        The upward direction, a unit vector (3,).
+    height
+        The height of the figure.
+    bones
+        The bones of the figures.
+    fronts
+        The heads and chests.
+    rods
+        All bones, heads and chests as lines.
+    ground
+        The ground below the figures.
+    trails
+        The trails of hands and feet, or None if they are hidden.
+    shapes
+        The shapes of the bodies in the current style.
+    """
 
     def __init__(self, plotter: QtInteractor, document: Document, theme: Theme) -> None:
         data = document.data
@@ -42,7 +66,7 @@ class Scene:
         self._document = document
         self.data: Analysed = data
         self._theme = theme
-        self._limbs = find_chains(data.motion)  # independent of a person's own chains
+        self._limbs = find_chains(data.motion)  # not affected by chains that the user defines
         people = find_people(data.motion.skeleton)
         self.people = {person.name: person.joints for person in people}
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
@@ -64,15 +88,16 @@ class Scene:
         self._triads.paint(np.repeat(np.tile(AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
-        self._ends: tuple[Pose, Array] | None = None  # of the last pose
-        self._other: Solid | None = None  # the solid figure on the right
-        self._third: DashedOutline | None = None  # made when needed
-        self._circle: LimbCircle | None = None  # made when needed
-        self._corrected: CorrectedOutline | None = None  # in the left image of two
+        # The pose for which `ends` was last called, and the result
+        self._ends: tuple[Pose, Array] | None = None
+        self._other: Solid | None = None  # the solid figure in the right image
+        self._third: DashedOutline | None = None  # created when needed
+        self._circle: LimbCircle | None = None  # created when needed
+        self._corrected: CorrectedOutline | None = None  # in the left image, if there are two
         self._dress(Style.WEDGES)
         self.colour(theme)
 
-    # -- look ---------------------------------------------------------------------------------
+    # -- appearance ---------------------------------------------------------------------------
 
     @property
     def style(self) -> Style:
@@ -81,25 +106,25 @@ class Scene:
 
     @property
     def split(self) -> bool:
-        """True if before and after are in separate images."""
+        """True if the figures before and after correction are in separate images."""
         return self._right is not None
 
     def set_style(self, style: Style) -> None:
-        """Set the style: wedges or skin."""
+        """Set the style of the bodies: wedges or skin."""
         if style != self.style:
             self._undress()
             self._dress(style)
             self._restore()
 
     def take_chains(self, data: Analysed) -> None:
-        """Rebuild the figures, because the chains have changed."""
+        """Rebuild the figures after a change of the chains. `data` has the new chains."""
         self.data = data
         self._undress()
         self._dress(self.style)
         self._restore()
 
     def set_split(self, on: bool) -> None:
-        """Show before and after in two images with one camera, or in one image."""
+        """Show the figure before and after correction in two images with one camera, or in one."""
         if on == self.split:
             return
         trailing = self.trails is not None
@@ -132,21 +157,37 @@ class Scene:
             self.trails.colour(self._theme, background(self._theme))
 
     def colour(self, theme: Theme) -> None:
-        """Apply the theme's colours. Figures are painted with the next pose."""
+        """Apply the theme's colours. The next call of `draw` colours the solid figures."""
         self._theme = theme
         self._restore()
 
-    # -- a frame ------------------------------------------------------------------------------
+    # -- drawing a frame ----------------------------------------------------------------------
 
     def draw(self, pose: Pose, after: Pose | None = None) -> None:
-        """Draw the figures. `after` is the pose in the right image. The caller repaints."""
+        """Draw the solid figure and its ghost, without repainting the view.
+
+        Parameters
+        ----------
+        pose
+            The pose in the left or only image.
+        after
+            The pose in the right image, if there is one.
+        """
         self._solid.draw(pose)
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
             self._other.draw(after, like=self._solid)
 
     def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """Draw the third figure, given as global rotations and positions. None hides it."""
+        """Draw the third, dashed figure.
+
+        Parameters
+        ----------
+        figure
+            The global rotations (joints, 4) and positions (joints, 3); None hides the figure.
+        solid
+            The pose of the solid figure. Only differences from this pose are drawn.
+        """
         if figure is not None and self._third is None:
             self._third = DashedOutline(self.bones, self.height, self.renderers()[-1])
             self._third.colour(self._theme)
@@ -159,7 +200,7 @@ class Scene:
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, joints: Sequence[int]) -> None:
-        """Draw the axes of two joints. Without joints, hide them."""
+        """Draw the axes of two joints, given by their indices; without joints, hide the axes."""
         self._triads.show(bool(joints))
         if not joints:
             return
@@ -178,9 +219,12 @@ class Scene:
         after: Array | None = None,
         line: bool = True,
     ) -> None:
-        """Draw the circle of the selected limb or bone, as LimbCircle.draw does. None hides it."""
+        """Draw the circle of the selected limb or bone in the left or only image.
+
+        The parameters are the same as in :meth:`LimbCircle.draw`. A `circle` of None hides it.
+        """
         if circle is not None and self._circle is None:
-            # In two pictures, only before has the circle: after is shown as it would be.
+            # The right image of two has no circle, since it shows only the corrected figure.
             self._circle = LimbCircle(self.height, self.renderers()[:1])
             self._circle.colour(self._theme)
         if self._circle is not None:
@@ -189,7 +233,17 @@ class Scene:
     def draw_corrected(
         self, chain: Chain | None, before: Pose, after: Pose, camera: OrbitCamera
     ) -> None:
-        """If there are two images, preview a chain's correction in the left one. None hides it."""
+        """If there are two images, preview the correction of a chain in the left image.
+
+        Parameters
+        ----------
+        chain
+            The chain or limb; None hides the preview.
+        before, after
+            The poses before and after correction.
+        camera
+            The camera from which the preview is seen.
+        """
         if self._corrected is not None:
             start, stop = ((p.rotations, p.positions) for p in (before, after))
             self._corrected.draw(chain, start, stop, camera.position)
@@ -202,31 +256,36 @@ class Scene:
 
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:
-        """All bones, and the heads and chests as bones."""
+        """All bones, followed by heads and chests in the form of bones."""
         return (*self.bones, *(front.bone for front in self.fronts))
 
     @property
     def circled(self) -> bool:
-        """True if a limb's circle is visible."""
+        """True if the circle of a limb or bone is visible."""
         return self._circle is not None and self._circle.circle.shown
 
     @property
     def roots(self) -> list[int]:
-        """The first joint of each person."""
+        """The index of the first joint of each person."""
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:
-        """Return the direction in which the figure faces, a level unit vector (3,).
+        """Return the horizontal direction in which a person faces, a unit vector (3,).
 
-        `person` is one of several people, by default the first.
+        Parameters
+        ----------
+        positions
+            The positions of the joints, (joints, 3).
+        person
+            The name of the person; by default, the first person.
         """
         own = tuple(limb for limb in self._limbs if not person or limb.person == person)
         return heading(positions, own, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
-        """Look through the camera."""
-        # Everything is on the ground's disc or near the figure. Asking VTK for the bounds of all
-        # actors would take longer than computing the frame.
+        """Set the VTK camera of all images to a camera."""
+        # Everything is on the disc of the ground or near the figure, so this distance is enough.
+        # Computing the bounds of all actors with VTK would take longer than computing the frame.
         reach = float(np.linalg.norm(camera.position - self.ground.centre))
         reach += self.ground.radius + 2.0 * self.height
         near = max(0.02 * camera.distance, 1e-4 * reach)
@@ -248,7 +307,7 @@ class Scene:
         self._drop_right()
         self._grid.remove()
 
-    # -- building -----------------------------------------------------------------------------
+    # -- creating and removing figures --------------------------------------------------------
 
     def _dress(self, style: Style) -> None:
         bodies = [front.body for front in self.fronts]
@@ -275,7 +334,7 @@ class Scene:
         return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:
-        """Apply the theme's colours to everything."""
+        """Apply the theme's colours to everything in the scene."""
         back = background(self._theme)
         for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))

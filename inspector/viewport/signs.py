@@ -1,4 +1,4 @@
-"""The signs in the left image: the angle, the letters of the sides, and the whole figure."""
+"""Signs in the left image: the angle or the clock, letters of the sides, and the whole figure."""
 
 from __future__ import annotations
 
@@ -19,14 +19,18 @@ from twistcore.skeleton.rotation import Array
 
 _GIRTH = 0.030  # half the width of a limb with a margin, in figure heights
 _BESIDE = 12.0  # pixels from a limb to the letter of its side
-_ENOUGH = 30.0  # pixels from the fan to a letter
-_MARKED = 60  # weight of the marks at the ends of the fan, as of so many bones
-_HEAVY = 4  # the fan and the fins weigh as much as so many bones
-_FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
-_BEHIND = 0.06  # a point so far behind a bone is not its own, in figure heights
-_THIN = 0.02  # half the width of a bone, in figure heights
-_ALONG = np.linspace(0.0, 1.0, 12)[:, None]
-_TOO_LARGE = 0.02  # share of the picture by which a figure may be outside
+_ENOUGH = 30.0  # pixels; a larger distance from the fan to a letter is no further advantage
+# Weights in Crowding of a pixel at the marks at both ends of the fan, and of a pixel of the fan and
+# the fins; a pixel of a bone has the weight 1.
+_MARKED = 60
+_HEAVY = 4
+# Number of pixels along and across a bone that are added to Crowding: for a plain bone, and for a
+# coloured bone
+_FEW, _MANY = (12, 3), (24, 9)
+_BEHIND = 0.06  # in figure heights; a bone hides a point only if the point is so far behind it
+_THIN = 0.02  # minimum of half the width of a bone, in figure heights
+_ALONG = np.linspace(0.0, 1.0, 12)[:, None]  # positions along a bone
+_TOO_LARGE = 0.02  # share of the image by which a figure may extend beyond its border
 
 
 def show_signs(
@@ -36,7 +40,21 @@ def show_signs(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> None:
-    """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
+    """Show the signs of the last drawn pose.
+
+    Parameters
+    ----------
+    overlays
+        The widgets that show the signs.
+    drawing
+        The drawing of the frame, which has the pose and the angle.
+    scene
+        The scene of the open clip.
+    camera
+        The camera from which the image is seen.
+    size
+        The width and height of an image in pixels.
+    """
     sign, pose = drawing.sign, drawing.left
     turn = None if sign is None else sign.turn
     crowding = Crowding(*size)
@@ -60,7 +78,7 @@ def show_signs(
         overlays.show_sides({}, crowding)
         return
     sides = dict(drawing.sides())
-    if sign is not None:  # near the wrong limb, the letter of the other side would mislead
+    if sign is not None:  # the letter of the other side could be mistaken for the side of the error
         sides = dict([*sides.items()][-1:])
     _show_whole(overlays, drawing, scene, pose, camera, size, crowding, sides)
     spoke = np.zeros((0, 2)) if turn is None else camera.project(turn.spoke, *size)[0]
@@ -72,7 +90,10 @@ def show_signs(
 def _add_body(
     crowding: Crowding, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> None:
-    """Add a pose's bones, heads and chests to the crowding. Coloured bones weigh more."""
+    """Add the bones, heads and chests of a pose to the crowded parts of an image.
+
+    Coloured bones are added with more pixels, so that labels rather cover other bones.
+    """
     ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)
     coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
@@ -84,7 +105,21 @@ def _add_body(
 def _rod_pixels(
     ends: Array, wide: Array, camera: OrbitCamera, size: tuple[int, int], along: int, across: int
 ) -> Array:
-    """Return pixels (n, 2) that cover rods with these ends (rods, 2, 3) and half widths (rods,)."""
+    """Return pixels that are spread over rods, (n, 2).
+
+    Parameters
+    ----------
+    ends
+        The ends of the rods in world space, (rods, 2, 3).
+    wide
+        Half the width of each rod, (rods,).
+    camera
+        The camera from which the image is seen.
+    size
+        The width and height of the image in pixels.
+    along, across
+        The numbers of pixels along and across each rod.
+    """
     shares = np.linspace(0.0, 1.0, along)[:, None]
     points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
@@ -96,7 +131,7 @@ def _rod_pixels(
 def _is_hidden(
     point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> bool:
-    """True if a bone covers a point (3,), or nearly covers it."""
+    """Return True if a bone hides a point, (3,), or nearly hides it."""
     ends = scene.ends(pose)
     points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
@@ -115,12 +150,30 @@ def _letters(
     thick: float,
     spoke: Array,
 ) -> dict[str, Array]:
-    """Return the pixel (2,) of each side's letter, keyed by side, the selected limb's last.
+    """Return the pixel at which to show the letter of each side, (2,), keyed by side.
 
-    A letter is next to its limb, away from the other limb and from the fan. The other limb has no
-    letter if its joint is hidden.
+    Each letter is next to its limb, on the side away from the other limb. The letter of the
+    selected limb is also away from the fan, and is the last entry. The other limb has no letter if
+    its joint is hidden.
+
+    Parameters
+    ----------
+    drawing
+        The drawing of the frame, which determines the joint of each side.
+    scene
+        The scene of the open clip.
+    pose
+        The pose in the left image.
+    camera
+        The camera from which the image is seen.
+    size
+        The width and height of the image in pixels.
+    thick
+        The radius of a limb in pixels at a distance of 1 from the camera.
+    spoke
+        The pixels at the centre and at the edge of the fan, (2, 2), or (0, 2) without a fan.
     """
-    joints = dict(drawing.sides())  # the selected limb is the last
+    joints = dict(drawing.sides())  # the selected limb is the last entry
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)
     places = {}
     for number, (side, at, far) in enumerate(zip(joints, pixels, depth, strict=True)):
@@ -145,7 +198,27 @@ def _show_whole(
     crowding: Crowding,
     sides: Mapping[str, int],
 ) -> None:
-    """Show the whole figure, with the letters of sides, if the image shows only a part of it."""
+    """Show a small drawing of the whole figure if the image shows only a part of the figure.
+
+    Parameters
+    ----------
+    overlays
+        The widgets that show the signs.
+    drawing
+        The drawing of the frame, which determines the person to draw.
+    scene
+        The scene of the open clip.
+    pose
+        The pose in the left image.
+    camera
+        The camera from which the image is seen.
+    size
+        The width and height of the image in pixels.
+    crowding
+        The crowded parts of the image.
+    sides
+        The joint next to the letter of each side, keyed by side.
+    """
     count = len(scene.bones)
     own = np.isin(scene.rods.parent[:count], drawing.own_joints(scene))
     ends = scene.ends(pose)[:count]

@@ -1,4 +1,4 @@
-"""The solid figure with its shadow, and the ghost around it."""
+"""The solid figure with its shadow, and the ghost: a translucent figure in another pose."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
-_GROWN = 1.09  # the ghost is slightly larger than the solid body
-_FAINT = 100  # alpha of a faint body
-SAME = np.radians(0.05)  # bones that differ by less are treated as equal
+_GROWN = 1.09  # thickness of the ghost relative to the solid figure
+_FAINT = 100  # opacity of a translucent body, 0…255
+SAME = np.radians(0.05)  # rotations that differ by less are treated as equal
 
 
 class Style(StrEnum):
-    """The style of bodies."""
+    """The style of the bodies."""
 
     WEDGES = "wedge bones"
     SKIN = "skinned limbs"
@@ -49,14 +49,24 @@ class Style(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The pose and look of a frame.
+    """The poses of the solid figure and the ghost in a frame, and the data for their colours.
 
-    - rotations, positions: of the solid figure, (joints, 4) and (joints, 3)
-    - roles: the role of each bone, from bone_colours.Role, (bones,)
-    - ghost: the ghost's rotations (joints, 4) and a mask of its drawn bones (bones,), or None
-    - ghost_positions: the ghost's positions, (joints, 3), if they differ from the solid figure's
-    - offsets: the |offset| of each bone in radians, (bones,), if it determines the colours
-    - faint: mask of the translucent bones, heads and chests, (bodies,), if any
+    Attributes
+    ----------
+    rotations, positions
+        The global rotations (joints, 4) and positions (joints, 3) of the solid figure.
+    roles
+        The role of each bone, from bone_colours.Role, (bones,).
+    ghost
+        The global rotations of the ghost, (joints, 4), and a mask of the bones for which the ghost
+        is drawn, (bones,), or None.
+    offsets
+        The |offset| of each bone in radians, (bones,), which determines its colour, or None if
+        roles determine the colours.
+    ghost_positions
+        The positions of the ghost, (joints, 3), or None if they are `positions`.
+    faint
+        A mask of the bones, heads and chests to draw as translucent, (bodies,), or None.
     """
 
     rotations: Array
@@ -68,13 +78,25 @@ class Pose:
     faint: NDArray[np.bool_] | None = None
 
     def is_at(self, other: Pose) -> bool:
-        """True if both poses have the same rotations and positions; their colours may differ."""
+        """Return True if both poses have the same rotations and positions, in any colours."""
         pairs = (self.rotations, other.rotations), (self.positions, other.positions)
         return all(one is two or np.array_equal(one, two) for one, two in pairs)
 
 
 class Shapes:
-    """The shapes of a clip's figure in one style, shared by all figures."""
+    """The shapes of the bodies of a clip in one style, which all figures share.
+
+    Attributes
+    ----------
+    style
+        The style of the bodies.
+    skin
+        The skin of the limbs, without vertices if the style is wedges.
+    bodies
+        The bodies of the solid figure that are not covered by the skin.
+    around
+        The same bodies for the ghost, slightly thicker and without spheres at joints.
+    """
 
     def __init__(
         self,
@@ -88,8 +110,20 @@ class Shapes:
     ) -> None:
         """Build the shapes.
 
-        `fine` makes the skin rounder; by default, this depends on the OpenGL driver. `attached` are
-        additional bodies.
+        Parameters
+        ----------
+        style
+            The style of the bodies.
+        bones
+            All bones of the figures.
+        chains
+            The chains whose bones have skin if the style is skin.
+        height
+            The height of the figure.
+        fine
+            True for a rounder skin; by default, True if OpenGL uses a graphics processor.
+        attached
+            Additional bodies, such as heads and chests.
         """
         self.style = style
         worn = chains if style == Style.SKIN else ()
@@ -97,37 +131,48 @@ class Shapes:
         self.skin: Skin = build_skin(bones, worn, height, fine=fine)
         self.bodies: Soup = build_soup(bones, without=self.skin.covered, attached=attached)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
-        # The attached bodies are the last; the number of each of their vertices' bodies.
+        # Index of the body of each vertex of an attached body; these vertices are the last ones
         self._attached = np.repeat(np.arange(len(attached)), [len(a.vertices) for a in attached])
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
         self._ends = [(b.parent, b.child) for b in bones]
-        # A wedge turns with its own joint; skin is also twisted by the joint below.
+        # In addition to the parent, the shape of a bone may depend on a second joint: the joint at
+        # the end of a bone twists its skin. Wedges depend on the parent only, which is repeated.
         self._other = self._parents.copy()
         for number in self.skin.covered:
             self._other[number] = bones[number].child
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return a mask of the bones that differ between two poses, (bones,).
+        """Return a mask of the bones whose shape differs between two poses, (bones,).
 
-        The poses are global rotations, (joints, 4).
+        `before` and `after` are the global rotations of the joints, (joints, 4).
         """
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
 
     def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return a mask of the bones whose own joint turns between two poses, (bones,).
+        """Return a mask of the bones whose parent is rotated between two poses, (bones,).
 
-        Bones whose skin is only twisted by the next joint are left out. The poses are global
-        rotations, (joints, 4).
+        A bone whose skin is only twisted by the joint at its end is not included. `before` and
+        `after` are the global rotations of the joints, (joints, 4).
         """
         found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask (V,) of the vertices of chosen bodies and of the spheres at their ends.
+        """Return a mask of the vertices of chosen bodies and of the spheres at their ends.
 
-        `chosen` is a mask of the bones, heads and chests, (bodies,).
+        Parameters
+        ----------
+        shape
+            The bodies or the skin.
+        chosen
+            A mask of the bones, heads and chests, (bodies,).
+
+        Returns
+        -------
+        ndarray of bool
+            The mask, (vertices,).
         """
         bones, attached = np.split(chosen, [len(self._ends)])
         own: NDArray[np.bool_] = (shape.bone >= 0) & bones[shape.bone]
@@ -140,7 +185,15 @@ class Shapes:
 
 
 class _Figure:
-    """A figure of wedges and skin: shapes with their faces and shadows or outlines."""
+    """The meshes of a figure in a renderer.
+
+    Attributes
+    ----------
+    parts
+        For each shape: the shape, the mesh of its faces, and the mesh of its shadow or outline.
+    pieces
+        All meshes.
+    """
 
     def __init__(
         self, parts: list[tuple[Soup | Skin, Piece, Piece]], renderer: vtkRenderer
@@ -157,11 +210,12 @@ class _Figure:
 
 
 class Solid(_Figure):
-    """A figure and its shadow in a renderer."""
+    """The solid figure and its shadow in a renderer."""
 
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
-        # Without spheres and stripes, the shadow is the same, with a quarter of the polygons.
+        # Shadows of spheres and stripes are left out: they would be inside the other shadows, and
+        # this leaves a quarter of the polygons.
         large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
         shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -175,14 +229,16 @@ class Solid(_Figure):
         ]
         super().__init__(parts, renderer)
         self._shapes, self._ground, self._renderer = shapes, ground, renderer
+        # Roles, offsets and translucent bodies for which the vertices were last coloured
         self._painted: tuple[bytes, ...] | None = None
-        self._pose: Pose | None = None  # the drawn pose, and where it is
+        # The last drawn pose and, for each shape, its vertices, normals and shadow
+        self._pose: Pose | None = None
         self._places: list[tuple[Array, Array | None, Array]] = []
-        self._faint: list[Piece] = []  # pieces of faint bones
-        self._apart: list[NDArray[np.bool_]] = []  # their vertices
+        self._faint: list[Piece] = []  # for each shape, the mesh of its translucent bodies
+        self._apart: list[NDArray[np.bool_]] = []  # masks of their vertices
 
     def colour(self, theme: Theme) -> None:
-        """Apply the theme's colours with the next pose."""
+        """Set the theme. The next call of `draw` applies its colours to the bodies."""
         self._theme = theme
         self._colours = palette(theme)
         self._painted = None
@@ -190,7 +246,11 @@ class Solid(_Figure):
             shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
 
     def draw(self, pose: Pose, like: Solid | None = None) -> None:
-        """Draw a pose. If `like` shows the same pose of the same shapes, reuse its vertices."""
+        """Draw a pose.
+
+        `like` is another solid figure of the same shapes. If it shows the same pose, its vertices
+        are used again.
+        """
         if like is not None and like._pose is not None and pose.is_at(like._pose):
             self._places = like._places
         else:
@@ -215,7 +275,10 @@ class Solid(_Figure):
         self._painted = look
 
     def _placed(self, shape: Soup | Skin, pose: Pose) -> tuple[Array, Array | None, Array]:
-        """Return the vertices of a shape, its normals (None for wedges), and its shadow."""
+        """Return the vertices of a shape in a pose, its normals and its shadow.
+
+        All arrays are (vertices, 3). The normals are None for wedges.
+        """
         points, normals = _placed(shape, pose.rotations, pose.positions)
         return points, normals, shadow_points(points, self._ground)
 
@@ -231,7 +294,10 @@ class Solid(_Figure):
             self._faint[k].paint(np.hstack([colours, alpha]))
 
     def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
-        """Make separate pieces for the faint bones."""
+        """Create separate meshes for the translucent bodies.
+
+        `faint` is a mask of the bones, heads and chests, (bodies,), or None if none is translucent.
+        """
         for piece in self._faint:
             piece.remove()
             self.pieces.remove(piece)
@@ -248,7 +314,7 @@ class Solid(_Figure):
 
 
 class Ghost(_Figure):
-    """The ghost: a translucent shell with an outline."""
+    """The ghost in a renderer: a translucent shell with an outline."""
 
     def __init__(self, shapes: Shapes, renderer: vtkRenderer) -> None:
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -271,7 +337,7 @@ class Ghost(_Figure):
             outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
-        """Draw the bones of the ghost that differ from the solid figure."""
+        """Draw the bones of the ghost that are selected by the mask in `pose.ghost`."""
         rotations, drawn = pose.ghost or (pose.rotations, None)
         positions = pose.positions if pose.ghost_positions is None else pose.ghost_positions
         for shape, *pieces in self.parts:
@@ -279,7 +345,7 @@ class Ghost(_Figure):
             shown = hidden is not None and not hidden.all()
             if shown:
                 points, _ = _placed(shape, rotations, positions, grown=_GROWN)
-                points[hidden] = positions[0]  # faces without an area are not drawn
+                points[hidden] = positions[0]  # faces of zero area are not drawn
             for piece in pieces:
                 piece.show(shown)
                 if shown:
@@ -289,7 +355,22 @@ class Ghost(_Figure):
 def _placed(
     shape: Soup | Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array | None]:
-    """Return world vertices and, for skin, normals, (V, 3) each. Wedges ignore `grown`."""
+    """Return the vertices of a shape in world space and, for skin, the normals.
+
+    Parameters
+    ----------
+    shape
+        The wedges or the skin.
+    rotations, positions
+        The global rotations (joints, 4) and positions (joints, 3).
+    grown
+        The thickness of skin relative to normal; wedges have their final thickness already.
+
+    Returns
+    -------
+    tuple of ndarray
+        The vertices and the normals, each (vertices, 3). The normals are None for wedges.
+    """
     if isinstance(shape, Skin):
         return drape(shape, rotations, positions, grown=grown)
     return place(shape, rotations, positions), None

@@ -1,10 +1,13 @@
-"""A striped skin along the limbs. A wrong twist wrings it like a candy wrapper.
+"""A striped skin along the limbs, which shows a wrong twist as spiral stripes.
 
 As with the twist bones of a game character, the roll of the skin changes evenly along a bone, from
-the joint above to the joint below. Correct joints give straight stripes. A wrong twist of a joint
-winds the stripes up on one side and back on the other, although no joint moves [Choi26 Fig. 1]. A
-rigid fin along the front of each bone shows its own roll: the fins of correct bones form a line,
-and the fin of a wrong bone departs from it.
+the joint above to the joint below. Joints without a twist error give straight stripes. A wrong
+twist of a joint winds the stripes into a spiral on one side of the joint and into the opposite
+spiral on the other side, although no joint moves [Choi26 Fig. 1]. A rigid fin along the front of
+each bone shows the roll of this bone: the fins of correct bones form a line, and the fin of a wrong
+bone points in another direction.
+
+In this module, P is the parent joint at the start of a bone, and C is the child joint at its end.
 """
 
 from __future__ import annotations
@@ -38,10 +41,11 @@ from twistcore.skeleton.rotation import (
 )
 
 _BANDS = 6  # number of dark and light stripes around a limb; the pattern repeats after 120°
+# Positions of the rings of vertices along a bone, from 0 at P to 1 at C
 STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
 _BEND = 0.20  # share of a bone near a joint where the skin bends with the next bone
 _CAP = 0.11  # share of a bone at a limb's end that is rounded
-_SWELL = 0.16  # extra thickness of a limb in its upper middle
+_SWELL = 0.16  # additional thickness, relative to the radius, above the middle of a bone
 # Radius at P and at C for each segment, in figure heights.
 _GIRTH = {
     "Shoulder": (0.026, 0.027),
@@ -50,30 +54,50 @@ _GIRTH = {
     "UpLeg": (0.036, 0.027),
     "Leg": (0.028, 0.017),
 }
-_USUAL = (0.024, 0.020)
-_FIN = 0.10, 0.90  # where the fin begins and ends, as shares of the bone
-_FOOT, _EDGE = (0.34, 0.80), (0.17, 1.65)  # half its width, and distance from the bone, in radii
-# The part of each vertex of a fin: a flank, the edge, the other flank, and both ends.
+_USUAL = (0.024, 0.020)  # for other segments
+_FIN = 0.10, 0.90  # start and end of the fin along the bone, from 0 at P to 1 at C
+# At the foot and at the edge of a fin: half its width, and its distance from the middle of the
+# bone, in radii of the skin
+_FOOT, _EDGE = (0.34, 0.80), (0.17, 1.65)
+# The part, from bodies.PARTS, of each vertex of a fin. A fin has five faces of four vertices: a
+# flank, the edge, the other flank, and both ends.
 FIN_PARTS = np.repeat([STRIPE, FIN, STRIPE, STRIPE, STRIPE], 4)
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Tubes of B bones with K rings of M vertices, in the order (B, K, M), then the fins' vertices.
+    """Tubes and fins for some bones of a figure.
 
-    - parent, child: the joints of the bones, (B,)
-    - below: the bone after C, or the bone itself, (B,)
-    - above: the bone before P, or the bone itself, (B,)
-    - axis: P→C in P's coordinates, (B, 3)
-    - across: two unit vectors perpendicular to the axis, (B, 2, 3), aligned along the limb in the
-      rest pose, so that stripes meet
-    - radius: the radius of each ring, (B, K)
-    - circle: cosine and sine of the vertices, (M, 2)
-    - bone: the index of the body's bone for each vertex, (V,)
-    - part: the part of each vertex, from bodies.PARTS, (V,)
-    - faces: faces (n, 4)
-    - edges: lines (n, 2) along the dark stripes
-    - fin, fin_normals: the vertices of the fins and their normals in P's coordinates, (B, F, 3)
+    In the shapes below, B is the number of bones with skin. The tube of a bone has K rings of M
+    vertices, and the fin of a bone has F vertices. The V vertices are first the vertices of all
+    tubes, in the order (B, K, M), and then the vertices of all fins, in the order (B, F).
+
+    Attributes
+    ----------
+    parent, child
+        The joints P and C of each bone, (B,).
+    below, above
+        The index, among the B bones, of the next bone, which begins at C, and of the previous bone,
+        which ends at P, (B,). If there is none, the index is the bone's own.
+    axis
+        The unit vector from P to C in P's coordinates, (B, 3).
+    across
+        Two unit vectors perpendicular to the axis in P's coordinates, (B, 2, 3). In the rest pose,
+        these vectors are aligned along a limb, so that the stripes of consecutive bones meet.
+    radius
+        The radius of each ring, (B, K).
+    circle
+        The cosine and sine of the angle of each vertex of a ring, (M, 2).
+    bone
+        The index of the bone of each vertex, among all bones of the figure, (V,).
+    part
+        The part of each vertex, from bodies.PARTS, (V,).
+    faces
+        The faces, (n, 4).
+    edges
+        The lines along the edges of the dark stripes, (n, 2).
+    fin, fin_normals
+        The vertices of the fins and their normals in P's coordinates, (B, F, 3).
     """
 
     parent: Index
@@ -93,14 +117,26 @@ class Skin:
 
     @property
     def covered(self) -> frozenset[int]:
-        """The indices of the bones that the skin covers."""
+        """The indices of the bones that have skin, among all bones of the figure."""
         return frozenset(self.bone.tolist())
 
 
 def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
-    """Return the skin of every visible bone P→C of a chain. `fine` doubles the vertices."""
+    """Return the skin of the bones of chains.
+
+    Parameters
+    ----------
+    bones
+        All bones of the figure.
+    chains
+        The chains. Skin covers the bone of a chain from P to C if it is among `bones`.
+    height
+        The height of the figure.
+    fine
+        True for a rounder skin with nearly twice as many vertices.
+    """
     pairs, fronts = bones_of_chains(bones, chains), aligned_fronts(bones, chains)
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
@@ -136,7 +172,10 @@ def build_skin(
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
-    """Return the twist of each bone's C relative to P about P→C, radians, (B,)."""
+    """Return the twist of C relative to P about the axis of each bone with skin, radians, (B,).
+
+    `rotations` are the global rotations of the joints, (joints, 4).
+    """
     local = multiply(conjugate(rotations[skin.parent]), rotations[skin.child])
     return twist_angle(local, skin.axis)
 
@@ -144,22 +183,37 @@ def roll(skin: Skin, rotations: Array) -> Array:
 def drape(
     skin: Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array]:
-    """Return vertices and normals, (V, 3) each, from the joints' global rotations and positions."""
+    """Return the vertices and normals of the skin in a pose, in world space.
+
+    Parameters
+    ----------
+    skin
+        The skin.
+    rotations, positions
+        The global rotations (joints, 4) and positions (joints, 3).
+    grown
+        The thickness of the tubes relative to normal.
+
+    Returns
+    -------
+    tuple of ndarray
+        The vertices and the normals, each (V, 3).
+    """
     if not len(skin.parent):
         return np.zeros((0, 3)), np.zeros((0, 3))
     matrices = matrix_from_quaternion(rotations[skin.parent])
     angle = roll(skin, rotations)[:, None] * STATIONS  # (B, K)
-    sides = skin.across @ matrices.transpose(0, 2, 1)  # (B, 2, 3), in the world
+    sides = skin.across @ matrices.transpose(0, 2, 1)  # (B, 2, 3), in world space
     start, stop = positions[skin.parent], positions[skin.child]
     centre = start[:, None] + STATIONS[:, None] * (stop - start)[:, None]
     frame = _turned(angle, sides)  # (B, K, 2, 3)
-    # Near a joint, a ring belongs to both bones, as in linear blend skinning, with equal shares at
-    # the joint itself. Its position and sides are weighted means.
-    end = _turned(angle[:, -1:], sides)  # the roll at the end of a bone …
+    # As in linear blend skinning, both bones at a joint influence the rings near it, with equal
+    # shares at the joint itself. The position and the sides of a ring are weighted means.
+    end = _turned(angle[:, -1:], sides)  # the sides of the last ring of each bone
     for other, ours, reach in ((skin.below, stop, STATIONS - 1.0), (skin.above, start, STATIONS)):
         share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
         share = share * (other != np.arange(len(other)))[:, None]  # (B, K)
-        # … is the roll at the start of the next.
+        # At the joint, the last ring of the previous bone meets the first ring of the next bone.
         theirs = end[other] if other is skin.above else sides[other][:, None]
         length = np.linalg.norm(stop - start, axis=1)[:, None, None]
         along = normalise(stop - start)[other][:, None]
@@ -178,9 +232,21 @@ def drape(
 
 
 def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
-    """Return the vertices of the fins of the bones that begin at joints, (bones, F, 3).
+    """Return the vertices of the fins of the bones that begin at given joints, in world space.
 
-    `rotations` are global, (joints, 4). `positions` have the shape (joints, 3).
+    Parameters
+    ----------
+    skin
+        The skin.
+    joints
+        The joints. A joint at which no bone with skin begins has no fin.
+    rotations, positions
+        The global rotations (joints, 4) and positions (joints, 3).
+
+    Returns
+    -------
+    ndarray
+        The vertices, (fins, F, 3).
     """
     own = np.flatnonzero(np.isin(skin.parent, joints))
     parents = skin.parent[own]
@@ -188,7 +254,15 @@ def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Arra
 
 
 def _turned(angle: Array, sides: Array) -> Array:
-    """Return sides (B, 2, 3) turned by angles (B, K) about their common normal, (B, K, 2, 3)."""
+    """Return pairs of perpendicular vectors, rotated about their common normal, (B, K, 2, 3).
+
+    Parameters
+    ----------
+    angle
+        The angles in radians, (B, K).
+    sides
+        The pairs of vectors, (B, 2, 3).
+    """
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     first, second = sides[:, None, 0], sides[:, None, 1]
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], axis=-2)
@@ -197,10 +271,30 @@ def _turned(angle: Array, sides: Array) -> Array:
 def _fins(
     bones: Sequence[BoneSegment], pairs: Sequence[tuple[Chain, int]], across: Array, radius: Array
 ) -> tuple[Array, Array, Index, Index]:
-    """Return the fins' vertices and normals (B, F, 3), the parts of a fin (F,), and faces (n, 4).
+    """Return the fins of bones.
 
-    Vertices and normals are in P's coordinates. A fin has a light edge and dark flanks. Its faces
-    share no vertices, because each has its own colour.
+    A fin has a light edge and dark flanks. Its faces share no vertices, because each face has its
+    own colour.
+
+    Parameters
+    ----------
+    bones
+        All bones of the figure.
+    pairs
+        The B chains whose bones have skin, each with the index of its bone.
+    across
+        Two unit vectors perpendicular to each bone, (B, 2, 3), as in :class:`Skin`.
+    radius
+        The radius of each ring of the tubes, (B, K).
+
+    Returns
+    -------
+    vertices, normals : ndarray, shape (B, F, 3)
+        The vertices and normals in P's coordinates.
+    part : ndarray, shape (F,)
+        The part of each vertex of a fin, from bodies.PARTS.
+    faces : ndarray, shape (n, 4)
+        The faces, as indices into the vertices of all fins.
     """
     (foot, inside), (edge, outside) = _FOOT, _EDGE
     section = np.array([[inside, -foot], [outside, -edge], [outside, edge], [inside, foot]])
@@ -224,9 +318,27 @@ def _fins(
 
 
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:
-    """Return cosine and sine (M, 2) of a ring, its dark vertices (M,), and all faces and edges.
+    """Return a ring of vertices, and the faces and edges of all tubes.
 
-    Stripes share no vertices, so that their edges are sharp.
+    Neighbouring stripes share no vertices, so that the edges of the stripes are sharp.
+
+    Parameters
+    ----------
+    pieces
+        The number of faces across a stripe.
+    bones
+        The number of bones with skin.
+
+    Returns
+    -------
+    circle : ndarray, shape (M, 2)
+        The cosine and sine of the angle of each vertex of a ring.
+    dark : ndarray of bool, shape (M,)
+        A mask of the vertices of dark stripes.
+    faces : ndarray, shape (n, 4)
+        The faces of all tubes.
+    edges : ndarray, shape (n, 2)
+        The lines along the edges of the dark stripes of all tubes.
     """
     across = np.linspace(0.0, 1.0, pieces + 1)
     turn = 2.0 * np.pi / _BANDS
@@ -236,7 +348,8 @@ def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Ind
     column = np.arange(around).reshape(_BANDS, pieces + 1)
     first = column[:, :-1].ravel()
     quad = np.stack([first, first + 1, first + 1 + around, first + around], axis=1)
-    starts = around * (rings * np.arange(bones)[:, None] + np.arange(rings))  # of the rings
+    # Index of the first vertex of each ring, (bones, rings)
+    starts = around * (rings * np.arange(bones)[:, None] + np.arange(rings))
     faces = starts[:, :-1].reshape(-1, 1, 1) + quad
     sides = column[::2][:, [0, -1]].ravel()
     lines = starts[:, None, :] + sides[:, None]

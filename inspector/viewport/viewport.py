@@ -30,19 +30,36 @@ from inspector.widgets.labels import plain_text
 from inspector.widgets.later import RedrawRequests
 from inspector.widgets.theme import Colours, Theme
 
-_HINT = QSize(400, 400)
-_AFTER_CURVES_MS = 12  # while τ is dragged, tables and curves are painted first
-_WARM_MS = 60  # after the window is shown
-_MOST_COVERED = 0.25  # largest share of the height covered by the legend
-_REST_MS = 400  # no description while the figure moves
-_FIGURE_MS = 30  # tables and curves of a new clip come first, then the figure
+_HINT = QSize(400, 400)  # preferred size of the view if OpenGL is available
+# Delay after a change of intervals, so that tables and curves are painted first while the user
+# drags the threshold τ
+_AFTER_CURVES_MS = 12
+_WARM_MS = 60  # delay between showing the view and drawing the warm-up meshes
+_MOST_COVERED = 0.25  # limit of the share of the height that is treated as covered by the legend
+_REST_MS = 400  # time without changes of the image before screen readers get a new description
+_FIGURE_MS = 30  # delay of building the figure, so that tables and curves of a clip come first
 
 
 class Viewport(Steering):
-    """The 3D view. A click on a bone selects its chain in the document.
+    """The 3D view of the document. A click on a bone selects its chain.
 
     All changes in one turn of the event loop are drawn together. Call `close()` before the window
     is destroyed, because the render window must be finalised while its OpenGL context exists.
+
+    Attributes
+    ----------
+    colours
+        The source of the theme.
+    view
+        The OpenGL widget, or None without OpenGL.
+    drawing
+        The drawing of the current frame, with the display options.
+    pointing
+        The handler of clicks on bones and of the mouse over bones.
+    overlays
+        The widgets over the image.
+    dial
+        The dial with which the user changes the offset of the selected interval.
     """
 
     def __init__(self, document: Document, colours: Colours) -> None:
@@ -52,8 +69,10 @@ class Viewport(Steering):
         self.drawing = FrameDrawing(document)
         self.pointing = Pointing(self, self.drawing)
         self._scale = 1.0
-        self._drawn: int | None = None  # the selected interval in the scene
-        self._painted: int | None = None  # and on the screen
+        # The interval that was selected when the scene was last drawn, and when the view was last
+        # painted on the screen
+        self._drawn: int | None = None
+        self._painted: int | None = None
         self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._timer = QTimer(self, singleShot=True, interval=_AFTER_CURVES_MS)
@@ -65,7 +84,7 @@ class Viewport(Steering):
         self._warmer = QTimer(self, singleShot=True, interval=_WARM_MS)
         self._warmer.timeout.connect(self._warm_up)
         self._make_view()
-        self.overlays = Overlays(self)  # created after the view, to be on top
+        self.overlays = Overlays(self)  # created after the view, to be above it
         self.dial = Dial(document, self.overlays.clock, self)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
@@ -99,12 +118,12 @@ class Viewport(Steering):
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text over the image. 1 is the normal size."""
+        """Set the size of the text over the image relative to normal."""
         self._scale = scale
         self._colour(self.theme)
 
     def look(self, **changes: Any) -> None:
-        """Change display options, given as fields of Looks."""
+        """Change display options. The keyword arguments are fields of :class:`Looks`."""
         self.drawing.looks = looks = replace(self.drawing.looks, **changes)
         self._place_overlays()
         if self.scene is not None and looks.split != self.scene.split:
@@ -119,21 +138,21 @@ class Viewport(Steering):
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest draw into the view. None removes the guest."""
+        """Let a guest draw into the view instead of the previous guest; None removes the guest."""
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
         self.drawing.guest = guest
         self._schedule()
 
     def accompany(self, companion: Companion) -> None:
-        """Draw the companion's figure as a third figure, whenever the companion has one."""
+        """Draw the figure of a companion, if it has one, as a third figure in every frame."""
         self.drawing.companion = companion
         companion.changed.connect(self._schedule)
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw the document's current state, to appear at Qt's next repaint."""
+        """Draw the document's current state, which Qt's next repaint shows on the screen."""
         self._timer.stop()
         self._stale.take()
         if self.view is None:
@@ -149,7 +168,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Schedule a repaint with Qt. pyvista's `update` would render immediately."""
+        """Schedule a repaint with Qt. The method `update` of pyvista would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -159,22 +178,22 @@ class Viewport(Steering):
 
     @property
     def pending(self) -> bool:
-        """True if an image is still to be drawn."""
+        """True if the image does not yet show the latest changes."""
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     def has_painted_interval(self) -> bool:
-        """True if the selected interval was painted, or if the view is hidden."""
+        """Return True if the selected interval is on the screen, or if the view is hidden."""
         if self.view is None or self.view.visibleRegion().isEmpty():
             return True
         return self.document.interval_id in (None, self._painted)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Record what the view paints. All events are passed on."""
+        """Record which interval the view paints. All events are passed on."""
         if event.type() == QEvent.Type.Paint:
             self._painted = self._drawn
         return False
 
-    # -- the clip -----------------------------------------------------------------------------
+    # -- opening and changing clips -----------------------------------------------------------
 
     def _opened(self) -> None:
         self._drawn = self._painted = None
@@ -201,7 +220,7 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """Build the figure of the open clip and, in the next turn of the event loop, its camera."""
+        """Build the figure of the open clip and, when called again by the timer, its camera."""
         if self._scene is None:
             assert self.view is not None
             self._scene = Scene(self.view, self.document, self.theme)
@@ -217,12 +236,15 @@ class Viewport(Steering):
         self._schedule()
 
     def _warm_up(self) -> None:
-        """Draw the specimen meshes once, and remove them in the next turn of the event loop."""
+        """Draw the warm-up meshes, so that the driver compiles its shaders before the first clip.
+
+        The timer calls this method again to remove the meshes.
+        """
         if self._specimens:
             for piece in self._specimens:
                 piece.remove()
             self._specimens = []
-            self._repaint()  # lighting makes them slightly visible
+            self._repaint()  # because of the lights, the meshes are slightly visible
         elif self.view is not None and self._scene is None:
             self._specimens = add_warm_up_meshes(self.view.renderer, background(self.theme))
             self.view.renderer.reset_camera(render=False)
@@ -240,7 +262,10 @@ class Viewport(Steering):
             self._build()
 
     def _reviewed(self) -> None:
-        """Draw again if the frame looks different now. Most steps of τ do not change it."""
+        """Draw again if the corrections at the current frame have changed.
+
+        Most small changes of the threshold τ do not change the frame.
+        """
         trails = self._scene.trails if self._scene is not None else None
         if trails is not None:
             trails.forget()
@@ -253,10 +278,10 @@ class Viewport(Steering):
         guest = self.drawing.guest
         return guest.aim(scene) if guest else None
 
-    # -- Qt -----------------------------------------------------------------------------------
+    # -- widgets and Qt events ----------------------------------------------------------------
 
     def _make_view(self) -> None:
-        """Create the OpenGL widget, or show a notice without OpenGL."""
+        """Create the OpenGL widget, or set `view` to None if OpenGL is not available."""
         self.view = make_plotter(self)
         if self.view is None:
             return
@@ -269,7 +294,7 @@ class Viewport(Steering):
         self.view.setGeometry(self.rect())
 
     def _describe(self) -> None:
-        """Set the legend as description for screen readers."""
+        """Set the text of the legend as the description of the view for screen readers."""
         if self.view is not None:
             self.view.setAccessibleDescription(plain_text(self.overlays.legend.text()))
 
@@ -285,22 +310,23 @@ class Viewport(Steering):
         )
 
     def sizeHint(self) -> QSize:
-        """Return the size that VTK's widget asks for, since this widget fills the view.
+        """Return the preferred size, which is the preferred size of VTK's widget.
 
-        The view has no layout, because every change of a label would lay out the whole window.
+        The view has no layout that could compute this size, because every change of a label would
+        then lay out the whole window.
         """
         return super().sizeHint() if self.view is None else _HINT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Place the overlays, and frame the current preset again for the new size."""
+        """Place the overlays, and fit the current named view to the new size."""
         super().resizeEvent(event)
         if self.view is not None:
             self.view.setGeometry(self.rect())
         self._place_overlays()
         if self._framed:
             self.set_view(self._framed)
-        self._schedule()  # labels of a guest are placed in pixels
-        QToolTip.hideText()  # so is the name of a bone
+        self._schedule()  # labels of a guest have positions in pixels
+        QToolTip.hideText()  # the name of the bone under the mouse has one, too
 
     def showEvent(self, event: QShowEvent) -> None:
         """Draw changes that were made while the view was hidden."""
@@ -317,7 +343,7 @@ class Viewport(Steering):
             self.overlays.fit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stop listening and close the render window."""
+        """Disconnect from the document, and close the render window."""
         self._timer.stop()
         self._rest.stop()
         self._builder.stop()

@@ -1,4 +1,4 @@
-"""A small drawing of the whole figure, for views that show only a part of it."""
+"""A small drawing of the whole figure, for views that show only a part of the figure."""
 
 from __future__ import annotations
 
@@ -18,26 +18,36 @@ from inspector.viewport.solid_and_ghost import Pose
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array, rotate
 
-_SHARE, _BOUNDS = 0.24, (64, 120)  # share of an image's width; pixels
-_TALL = 1.3  # height to width
-_AIR = 1.3  # around the figure
-_NOSE = 1.9  # from the middle of the head to the tip of the nose, in half widths
-_APART = 26.0  # pixels from joint to joint for letters of both sides
+# Width of the drawing, as a share of the image's width, and its limits in pixels
+_SHARE, _BOUNDS = 0.24, (64, 120)
+_TALL = 1.3  # height of the drawing divided by its width
+_AIR = 1.3  # size of the drawing relative to the figure
+_NOSE = 1.9  # distance from the middle of the head to the tip of the nose, in half widths
+_APART = 26.0  # pixels; if two joints are closer, only one of them has a letter
 _GAP = 10.0  # pixels from a joint to the letter of its side
+# Directions from a joint in which its letter may be placed; y points down
 _WAYS = np.array([[1, 0], [-1, 0], [0.8, 0.6], [-0.8, 0.6], [0.8, -0.6], [-0.8, -0.6]])
-_ALONG = np.linspace(0.0, 1.0, 6)[:, None]
+_ALONG = np.linspace(0.0, 1.0, 6)[:, None]  # positions along a bone
 
 
 @dataclass(frozen=True, eq=False)
 class Miniature:
-    """A drawing of the figure in pixels.
+    """The geometry of a small drawing of the figure, in pixels.
 
-    - bones: the two end points of each bone, (n, 2, 2)
-    - roles: the role of each bone, from bone_colours.Role, (n,)
-    - heads: the centre and the nose of each head, (heads, 2, 2)
-    - radius: the radius of each head, (heads,)
-    - facing: True for a head that faces the viewer, (heads,)
-    - letters: the pixel of each side's letter, (2,), keyed by side
+    Attributes
+    ----------
+    bones
+        The two ends of each bone, (n, 2, 2).
+    roles
+        The role of each bone, from bone_colours.Role, (n,).
+    heads
+        The centre of each head and the tip of its nose, (heads, 2, 2).
+    radius
+        The radius of each head, (heads,).
+    facing
+        A mask of the heads that face the viewer, (heads,).
+    letters
+        The pixel of the letter of each side, (2,), keyed by side.
     """
 
     bones: Array
@@ -49,7 +59,7 @@ class Miniature:
 
 
 def miniature_size(picture: tuple[int, int]) -> QSize:
-    """Return the size of the drawing for an image of this width and height, in pixels."""
+    """Return the size of the drawing for an image of the given width and height, in pixels."""
     wide = round(min(max(_SHARE * picture[0], _BOUNDS[0]), _BOUNDS[1]))
     return QSize(wide, round(_TALL * wide))
 
@@ -63,11 +73,25 @@ def miniature(
     camera: OrbitCamera,
     size: QSize,
 ) -> Miniature:
-    """Return a drawing of the whole figure as the camera sees it.
+    """Return a drawing of the whole figure, seen from the direction of the camera.
 
-    - ends: the ends of all bones, (bones, 2, 3)
-    - own: mask of the bones to draw, those of one person, (bones,)
-    - sides: the joint next to each side's letter, keyed by side
+    Parameters
+    ----------
+    scene
+        The scene of the open clip.
+    pose
+        The pose to draw.
+    ends
+        The ends of all bones in world space, (bones, 2, 3).
+    own
+        A mask of the bones to draw, which are the bones of one person, (bones,).
+    sides
+        The joint next to the letter of each side, keyed by side. The last entry is the joint of the
+        selected limb.
+    camera
+        The camera of the image.
+    size
+        The size of the drawing.
     """
     wide, high = size.toTuple()
     shown = ends[own]
@@ -85,7 +109,7 @@ def miniature(
     cuts = np.cumsum([2 * len(shown), len(heads), len(heads), len(heads)])
     bones, centre, rims, noses, places = np.split(points, cuts)
     if len(places) > 1 and np.linalg.norm(places[0] - places[-1]) < _APART:
-        sides, places = dict([*sides.items()][-1:]), places[-1:]  # only the selected limb's
+        sides, places = dict([*sides.items()][-1:]), places[-1:]  # the selected limb
     ends_of = bones.reshape(-1, 2, 2)
     drawn = ends_of[:, :1] + _ALONG * (ends_of[:, 1:] - ends_of[:, :1])
     full = np.vstack([drawn.reshape(-1, 2), centre, places])
@@ -100,7 +124,15 @@ def miniature(
 
 
 def _free_place(at: Array, full: Array) -> Array:
-    """Return the pixel (2,) near another one that is farthest from all pixels `full` (n, 2)."""
+    """Return the pixel for a letter that is near a joint and far from everything drawn, (2,).
+
+    Parameters
+    ----------
+    at
+        The pixel of the joint, (2,).
+    full
+        Pixels on the figure, (n, 2).
+    """
     near = at + _GAP * _WAYS
     apart = np.linalg.norm(near[:, None] - full, axis=-1).min(axis=1)
     best: Array = near[int(np.argmax(apart))]
@@ -108,7 +140,7 @@ def _free_place(at: Array, full: Array) -> Array:
 
 
 class WholeFigure(QWidget):
-    """The small drawing of the whole figure."""
+    """A widget with a small drawing of the whole figure."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -123,20 +155,30 @@ class WholeFigure(QWidget):
         self.update()
 
     def show_miniature(self, drawn: Miniature, at: QRect, words: Mapping[str, str]) -> None:
-        """Show a drawing at a point of the view. `words` has the letter of each side."""
+        """Show a drawing.
+
+        Parameters
+        ----------
+        drawn
+            The geometry of the drawing.
+        at
+            The rectangle of the widget in the view.
+        words
+            The letter of each side, keyed by side.
+        """
         self._miniature, self._words = drawn, words
         self.setGeometry(at)
         self.show()
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the figure, with the selected limb in its colour."""
+        """Draw the figure, its selected and wrong bones in colour, and the letters of the sides."""
         if self._miniature is None:
             return
         drawn, theme, painter = self._miniature, self._theme, QPainter(self)
         painter.setPen(QColor(theme.line))
         painter.setBrush(QColor(theme.raised))
-        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners take 2 ms
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners would take 2 ms
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         inks = {Role.CHOSEN: theme.accent, Role.BEFORE: theme.before, Role.AFTER: theme.after}
         for role in Role:
@@ -149,7 +191,7 @@ class WholeFigure(QWidget):
         for head, radius, facing in zip(drawn.heads, drawn.radius, drawn.facing, strict=True):
             centre, nose = (QPointF(*point) for point in head.tolist())
             face = QColor(theme.surface if facing else theme.soft)
-            middle = centre + (nose - centre) * 0.4  # of the eyes
+            middle = centre + (nose - centre) * 0.4  # between the eyes
             aside = QPointF(0.45 * radius, 0.0)
             painter.setPen(QPen(QColor(theme.soft), 2.5))
             painter.setBrush(face)

@@ -1,7 +1,7 @@
-"""The tables of a manifest: create them, check their definitions, and check their rows.
+"""Create the tables of a batch manifest, and check their definitions and their rows.
 
-Each row has a check number, the CRC-32 of its values, because SQLite does not notice when a disk or
-a copy changes a byte of a value. Manifests of the first schema have no check numbers.
+Each row has a check number, which is the CRC-32 of its values, because SQLite does not detect
+values that were changed by a faulty disk or copy. Manifests of schema 1 have no check numbers.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from typing import Any
 
 from twistcore.errors import FormatError
 
-SCHEMA = 2  # `user_version` of the file
+SCHEMA = 2  # version of the tables, stored as `user_version` in the SQLite file
 
-# A result belongs to file content and parameters, so clips with equal content share it.
+# A result is stored for the hash of a file's content and the hash of the parameters (mark), so that
+# files with the same content share it.
 _TABLES = """
 CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
 CREATE TABLE results (
@@ -48,7 +49,7 @@ _Shape = tuple[tuple[str, ...], ...]
 
 
 def make_tables(connection: sqlite3.Connection, schema: int = SCHEMA) -> None:
-    """Create the tables in an empty file, within a transaction."""
+    """Create the tables of a schema in an empty file. Call this function within a transaction."""
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
     if schema > 1:
@@ -56,22 +57,29 @@ def make_tables(connection: sqlite3.Connection, schema: int = SCHEMA) -> None:
 
 
 def add_checks(connection: sqlite3.Connection) -> None:
-    """Add check numbers to the tables of the first schema; the existing rows have none."""
+    """Add a column for check numbers to tables of schema 1.
+
+    The column is NULL in the existing rows, which are therefore not checked.
+    """
     for table in COLUMNS:
         connection.execute(f"ALTER TABLE {table} ADD COLUMN crc INTEGER")
 
 
 def table_definitions(connection: sqlite3.Connection) -> _Shape:
-    """Return the SQL definitions of all tables, indices, views and triggers in a file."""
+    """Return the definitions of all tables, indices, views and triggers in a file.
+
+    Each definition has the type, the name, the name of the table, and the SQL text.
+    """
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
 
 
 @cache
 def expected_definitions(schema: int = SCHEMA) -> _Shape:
-    """Return the definitions of the tables that a manifest must have.
+    """Return the definitions that a manifest of a schema must have.
 
-    A file with any other table, column, view or trigger is refused, since it could be malicious.
+    A file with any other table, column, view or trigger is not opened, because it could be
+    malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection, schema)
@@ -79,13 +87,37 @@ def expected_definitions(schema: int = SCHEMA) -> _Shape:
 
 
 def columns_of(table: str, alias: str, schema: int) -> str:
-    """Return the columns of a table for a query, with the check number last (NULL if none)."""
+    """Return the columns of a table as SQL text for a query.
+
+    The last column is the check number, or NULL if the schema has no check numbers.
+
+    Parameters
+    ----------
+    table
+        The name of the table.
+    alias
+        The name of the table in the query.
+    schema
+        The schema of the file.
+    """
     crc = f"{alias}.crc" if schema > 1 else "NULL"
     return ", ".join((*(f"{alias}.{name}" for name in COLUMNS[table]), crc))
 
 
 def put_statement(table: str, schema: int, conflict: str) -> str:
-    """Return the statement that stores a row, given as :func:`with_check` returns it."""
+    """Return the SQL statement that stores a row in a table.
+
+    The parameters of the statement are the result of :func:`with_check`.
+
+    Parameters
+    ----------
+    table
+        The name of the table.
+    schema
+        The schema of the file.
+    conflict
+        SQL text after ON CONFLICT, in which '{update}' is replaced by an update of all columns.
+    """
     names = (*COLUMNS[table], "crc") if schema > 1 else COLUMNS[table]
     places = ", ".join("?" * len(names))
     keep = ", ".join(f"{name} = excluded.{name}" for name in names)
@@ -94,15 +126,31 @@ def put_statement(table: str, schema: int, conflict: str) -> str:
 
 
 def with_check(values: Iterable[Any], schema: int) -> tuple[Any, ...]:
-    """Return the values of a row with their check number, if the schema has one."""
+    """Return the values of a row and, if the schema has check numbers, their check number."""
     values = tuple(values)
     return (*values, _crc(values)) if schema > 1 else values
 
 
 def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
-    """Return the values of a row without their check number, or None if there is no such row.
+    """Check the values of a row, and return the values without the check number.
 
-    Raises FormatError if they have changed since they were stored.
+    Parameters
+    ----------
+    table
+        The name of the table, for the error message.
+    values
+        The values of the row, with the check number or None at the end.
+
+    Returns
+    -------
+    tuple or None
+        The values, or None if the query found no row, so that the first value and the check number
+        are None.
+
+    Raises
+    ------
+    FormatError
+        If the values have changed since they were stored.
     """
     *kept, crc = values
     if kept[0] is None and crc is None:
@@ -113,6 +161,6 @@ def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
 
 
 def _crc(values: Iterable[Any]) -> int:
-    """Return the CRC-32 of values, in which 1, 1.0 and True are the same."""
+    """Return the CRC-32 of values. The values 1, 1.0 and True give the same CRC-32."""
     plain = [v if isinstance(v, str | bytes) or v is None else float(v) for v in values]
     return zlib.crc32(repr(plain).encode("utf-8", "surrogatepass"))

@@ -1,4 +1,8 @@
-"""Merge batch folders, such as the shards of a large batch, into one."""
+"""Merge batch folders into one folder.
+
+For example, a large batch is divided into parts, called shards, that are processed on several
+machines, and the resulting batch folders are then merged.
+"""
 
 from __future__ import annotations
 
@@ -20,14 +24,14 @@ from twistcore.files.ordinary import read_file
 
 @dataclass
 class Merged:
-    """What a merge found.
+    """The numbers of clips and the problems after a merge.
 
     Parameters
     ----------
     done
-        Number of clips that have a result.
+        Number of clips in the output folder that have a result.
     waiting
-        Number of clips that have not been processed.
+        Number of clips in the output folder that have not been processed.
     failed
         A sentence for each clip that could not be processed.
     problems
@@ -43,10 +47,27 @@ class Merged:
 def merge(folders: Sequence[Path], output: Path) -> Merged:
     """Add the clips, results, decisions and corrected files of batch folders to one folder.
 
-    The folder is created if needed; its own clips are kept. If several folders have the same clip,
-    the latest result counts. Clips of different folders that have the same name get new names. The
-    given folders are not changed. Raises TwistError if a folder is not a batch folder, or if its
-    manifest is damaged; the output folder then gets no results.
+    If several folders have the same clip, the latest result is used. If different clips have the
+    same name, all but one get new names.
+
+    Parameters
+    ----------
+    folders
+        The batch folders to merge, which are not changed.
+    output
+        The output folder. If it does not exist, it is created; if it is a batch folder, its clips
+        are kept.
+
+    Returns
+    -------
+    Merged
+        The numbers of clips in the output folder, and the problems.
+
+    Raises
+    ------
+    TwistError
+        If one of `folders` is the output folder or is not a batch folder, or if its manifest is
+        damaged. No results are then added to the output folder.
     """
     for folder in folders:
         if same_file(folder, output):
@@ -74,7 +95,16 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
 def _latest(
     manifests: Sequence[Manifest], known: dict[str, ManifestRow]
 ) -> Iterator[tuple[Path, ManifestRow]]:
-    """Yield the rows that are later than the known ones, with names that differ from each other."""
+    """Yield the folder and the latest row of each clip, if it is later than the row in `known`.
+
+    Parameters
+    ----------
+    manifests
+        The manifests of the folders to merge.
+    known
+        The rows of the output folder, keyed by source. These clips keep their names, and the other
+        clips get names that differ from all other names.
+    """
     latest: dict[str, tuple[Path, ManifestRow]] = {}
     for manifest in manifests:
         for source, row in manifest.rows().items():
@@ -89,14 +119,34 @@ def _latest(
 
 
 def _rank(row: ManifestRow) -> tuple[bool, str]:
-    """Return the order of rows of a clip: a processed clip counts more than a waiting one."""
+    """Return a key that orders the rows of a clip, of which the row with the largest key is used.
+
+    A row of a processed clip is larger than a row of a waiting clip. Of two rows of the same kind,
+    the later is larger.
+    """
     return row.state in (DONE, FAILED), row.finished_at
 
 
 def _copied(
     output: Path, folder: Path, row: ManifestRow, known: ManifestRow | None, merged: Merged
 ) -> ManifestRow:
-    """Copy the corrected file of a row into the output folder, and return the row for it."""
+    """Copy the corrected file of a clip, and return the row of the clip for the output folder.
+
+    If the file cannot be copied, a sentence is added to `merged.problems`.
+
+    Parameters
+    ----------
+    output
+        The output folder.
+    folder
+        The batch folder from which to copy.
+    row
+        The row of the clip in that folder.
+    known
+        The row of the clip in the output folder, or None.
+    merged
+        The result of the merge.
+    """
     earlier = known.corrected_sha256 if known is not None else ""
     plain = replace(row, corrected="", corrected_sha256=earlier, corrected_signature="")
     if not row.corrected:
@@ -116,7 +166,10 @@ def _copied(
 
 
 def _companions(path: Path) -> dict[str, bytes]:
-    """Return the files in a clip's folder that it may need, keyed by name."""
+    """Return the content of other files that a clip may need, keyed by file name.
+
+    These are all files in the folder of the clip that have the suffix of companion files.
+    """
     ending = companion_of(path)
     if not ending:
         return {}

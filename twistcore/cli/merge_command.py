@@ -1,4 +1,4 @@
-"""`twistcore merge`: merge the folders of several batches, such as shards, into one."""
+"""The command `twistcore merge`, which merges several batch folders into one folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from twistcore.cli.output import count_of, problem, remark
 
 
 def merge_command(arguments: argparse.Namespace) -> int:
-    """Merge the folders, list the clips without a result, and return the exit code."""
+    """Merge batch folders, and print the failed clips, the problems and the numbers of clips.
+
+    Returns the exit code: 0 if all clips have a result and all files were copied, and 1 if not.
+    """
     merged = merge(arguments.folders, arguments.output)
     for sentence in (*merged.failed, *merged.problems):
         problem(sentence)

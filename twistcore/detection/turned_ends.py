@@ -1,10 +1,13 @@
-"""Turned ends: in a limb flip, the foot or hand turns by a rotation of its own and turns back.
+"""Find turned ends: feet or hands that are additionally rotated during a limb flip.
 
-A solver that places the knee on the wrong side often turns the foot as well. The correction of the
-flip then keeps or carries the foot, but neither makes its motion continuous: its local rotation
-jumps in the first frame of the flip and jumps back in the frame after the last. If both jumps are
-the same rotation, up to its direction, the foot was turned by this rotation in all frames of the
-flip. The foot must also jump as captured, since a correction of natural motion would turn it.
+A solver that places the knee on the wrong side often also rotates the foot by an angle of its own.
+The correction of the flip, which either keeps the rotation of the foot or turns the foot with the
+leg, does not remove this rotation: after the correction, the local rotation of the foot jumps in
+the first frame of the flip and jumps back in the frame after the last. If the second jump is nearly
+the inverse of the first jump, the foot was rotated by the first jump in all frames of the flip.
+
+The captured rotation of the foot must jump in the same frames. If only the corrected rotation
+jumps, the flip may be a false alarm, and the jump may come from its correction.
 
 A turned end is never corrected automatically.
 """
@@ -25,12 +28,13 @@ from twistcore.detection.interval import Interval, Kind
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp
 
-SMALLEST = math.radians(45.0)  # of the turns at both edges
-APART = math.radians(25.0)  # largest angle between the first turn and the inverse of the second
+SMALLEST = math.radians(45.0)  # smallest jump at the start and at the end of a flip, radians
+# Largest angle between the first jump and the inverse of the second jump, radians
+APART = math.radians(25.0)
 
 
 def find_turned_ends(search: KindSearch) -> Found:
-    """Return the ends of limbs that are turned during a flip, keyed by chain name."""
+    """Return the turned ends of a clip as intervals, keyed by the name of the chain."""
     if not search.chains:
         return {}
     found: Found = search.once(_in_all_flips)
@@ -38,23 +42,32 @@ def find_turned_ends(search: KindSearch) -> Found:
 
 
 def turns_of_end(rotations: Array) -> tuple[Array, Array]:
-    """Return the rotation by which a joint turns at the start of an interval, and back at its stop.
+    """Return the rotations by which a joint jumps at both ends of an interval.
 
-    `rotations` are the joint's local rotations in the frames start − 1, start, stop − 1 and stop,
-    (4, 4). Each result is a quaternion in the joint's own frame, (4,). The second is inverted, so
-    that both are equal if the joint turns back by the same rotation.
+    Parameters
+    ----------
+    rotations
+        The local rotations of the joint in the frames start − 1, start, stop − 1 and stop, (4, 4),
+        as quaternions (w, x, y, z). The interval is from `start` to `stop` − 1.
+
+    Returns
+    -------
+    first, second
+        Quaternions (w, x, y, z) in the coordinates of the joint, (4,): the jump from the frame
+        before the interval to its first frame, and the inverse of the jump from its last frame to
+        the frame after the interval. Both are equal if the joint jumps back by the same rotation.
     """
     before, first, last, after = rotations
     return multiply(conjugate(before), first), multiply(conjugate(after), last)
 
 
 def common_turn(turns: tuple[Array, Array]) -> Array:
-    """Return the rotation halfway between the two results of :func:`turns_of_end`, (4,)."""
+    """Return the rotation halfway between both results of :func:`turns_of_end`, (4,)."""
     return slerp(*turns, 0.5)
 
 
 def turned_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
-    """Return the joint, start and stop of each turned end."""
+    """Return the joint index, the start and the stop of each turned end."""
     every = (one for own in find_turned_ends(search).values() for one in own)
     return frozenset((search.joint_of(one), one.start, one.stop) for one in every)
 
@@ -67,7 +80,7 @@ def _in_all_flips(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def _turned_ends(search: KindSearch) -> Iterator[Interval]:
-    """Yield the turned ends of all flips that are longer than a spike."""
+    """Yield the turned ends in all limb flips that are longer than a spike of a single joint."""
     motion, limbs = search.motion, {c.name: c for c in search.named if isinstance(c, Limb)}
     flips = [
         error
@@ -84,7 +97,7 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
             continue
         edges = motion.rotations[[start - 1, start, stop - 1, stop], end]
         if _smaller(turns_of_end(edges)) < SMALLEST:
-            continue  # the flip may be a false alarm, whose correction would turn the end
+            continue  # the captured end does not jump: the flip may be a false alarm
         frames = search.without([flip])
         edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
         turns = turns_of_end(edges)
@@ -116,4 +129,4 @@ def _smaller(turns: tuple[Array, Array]) -> float:
     return min(float(geodesic_angle(turn, _STILL)) for turn in turns)
 
 
-_STILL = np.array([1.0, 0.0, 0.0, 0.0])
+_STILL = np.array([1.0, 0.0, 0.0, 0.0])  # the identity as a quaternion (w, x, y, z)

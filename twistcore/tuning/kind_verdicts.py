@@ -1,6 +1,7 @@
-"""The verdicts of a review on intervals of all kinds.
+"""Collect the verdicts of a review on intervals of all kinds of errors.
 
-τ is learned only from counter-twists; these verdicts show how reliable each kind is.
+The threshold τ is learned only from verdicts on counter-twists. The verdicts on all kinds show how
+reliable the detection of each kind is.
 """
 
 from __future__ import annotations
@@ -17,12 +18,15 @@ class KindVerdict(NamedTuple):
 
     Attributes
     ----------
-    chain, kind
-        The chain or limb of the interval, and its kind.
+    chain
+        The name of the chain or limb of the interval.
+    kind
+        The kind of the interval.
     error
-        True if the interval was accepted, False if it was rejected, None if it is undecided.
+        True if a person accepted the interval as an error, False if a person rejected it, and None
+        if it is undecided.
     by_hand
-        True if a person inserted the interval, so that the program had missed the error.
+        True if a person inserted the interval, which means that the program missed the error.
     """
 
     chain: str
@@ -34,8 +38,9 @@ class KindVerdict(NamedTuple):
 def kind_verdicts(state: ReviewState) -> tuple[KindVerdict, ...]:
     """Return a verdict for each interval of a review.
 
-    Automatic corrections, and intervals that were accepted in bulk, are undecided. Intervals that a
-    person inserted and rejected are left out.
+    Automatic corrections, and intervals that a person accepted in bulk, are undecided, because no
+    person has looked at them one by one. Intervals that a person inserted but did not accept are
+    left out.
     """
     verdicts = []
     for judged in state.intervals:

@@ -1,4 +1,4 @@
-"""Count people's verdicts by kind of error or by chain."""
+"""Count the verdicts of people for each kind of error or each chain."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ Group = TypeVar("Group", bound=Hashable)
 
 @dataclass(frozen=True)
 class VerdictCount:
-    """The verdicts of a group.
+    """The numbers of verdicts in a group.
 
     Attributes
     ----------
     score
-        The numbers of errors and false alarms, with precision and recall.
+        The numbers of errors, of errors that the program found, and of false alarms, from which
+        precision and recall are computed.
     undecided
-        The number of listed intervals without a verdict of a person.
+        The number of listed intervals on which no person has decided.
     """
 
     score: VerdictScore
@@ -31,7 +32,20 @@ class VerdictCount:
 def count_by(
     verdicts: Iterable[KindVerdict], group_of: Callable[[KindVerdict], Group]
 ) -> dict[Group, VerdictCount]:
-    """Count verdicts, keyed by the group of each verdict, in the order of the first verdicts."""
+    """Count the verdicts in each group.
+
+    Parameters
+    ----------
+    verdicts
+        The verdicts.
+    group_of
+        A function that returns the group of a verdict, such as its kind.
+
+    Returns
+    -------
+    dict
+        The numbers of verdicts, keyed by group, in the order in which the groups first occur.
+    """
     groups: dict[Group, list[KindVerdict]] = {}
     for verdict in verdicts:
         groups.setdefault(group_of(verdict), []).append(verdict)

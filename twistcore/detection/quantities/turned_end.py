@@ -1,4 +1,4 @@
-"""The curve of a turned end: the angle of the joint from its rotation before the flip."""
+"""Compute the curve that shows a turned end: the rotation relative to the frame before a flip."""
 
 from __future__ import annotations
 
@@ -14,9 +14,17 @@ from twistcore.skeleton.rotation import geodesic_angle
 
 
 def angle_from_before(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the angle of a joint from its rotation in the frame before the interval.
+    """Return the angle between the rotation of a joint and its rotation just before an interval.
 
-    The limit is the smallest angle that is listed.
+    The angle is computed after all automatic corrections, in each frame of the clip, in degrees.
+    The limit of the curve is the smallest angle of a turned end.
+
+    Parameters
+    ----------
+    search
+        The clip with its known errors and corrections.
+    interval
+        The turned end.
     """
     own = search.corrected_motion().rotations[:, search.joint_of(interval)]
     return Quantity(
