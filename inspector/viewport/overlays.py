@@ -89,7 +89,8 @@ class Overlays:
         Parameters
         ----------
         drawing
-            True if a figure is drawn; if not, all overlays except the notice are hidden.
+            True if a figure is drawn. If not, the legend, the colour scale, the divider, the
+            letters of the sides and both small drawings are hidden.
         by_offset
             True to show the colour scale of |offset|.
         split
