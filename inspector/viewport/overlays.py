@@ -90,7 +90,7 @@ class Overlays:
         ----------
         drawing
             True if a figure is drawn. If not, the legend, the colour scale, the divider, the
-            letters of the sides and both small drawings are hidden.
+            letters of the sides, the angle and both small drawings are hidden.
         by_offset
             True to show the colour scale of |offset|.
         split
@@ -106,7 +106,7 @@ class Overlays:
         self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
         self.divider.setVisible(drawing and split)
         if not drawing:
-            for label in (*self.sides.values(), self.whole, self.clock):
+            for label in (*self.sides.values(), self.angle, self.whole, self.clock):
                 label.hide()
         self.fit()
 
