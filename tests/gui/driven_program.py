@@ -14,7 +14,6 @@ import sys
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QTimer
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from inspector.app import make_application
@@ -22,6 +21,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
+from tests.gui.windows import wait_until_active
 from twistcore.review import Annotate, Decision
 from twistcore.skeleton.rig import OwnChain
 
@@ -137,8 +137,7 @@ class Driver:
 
     def front(self) -> None:
         """Another program was in front until now."""
-        self.window.activateWindow()
-        QTest.qWaitForWindowActive(self.window, 60_000)
+        wait_until_active(self.window)
         QApplication.sendEvent(self.window, QEvent(QEvent.Type.ActivationChange))
 
     def state(self) -> None:
