@@ -375,7 +375,7 @@ class CarryOver(Command):
         return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the earlier decisions (see :func:`with_earlier_decisions`)."""
+        """Return the state with the earlier decisions (see ``with_earlier_decisions``)."""
         return with_earlier_decisions(self.earlier, state, same_clip=self.same_clip)
 
 

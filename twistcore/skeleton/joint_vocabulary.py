@@ -109,12 +109,12 @@ class Meaning:
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words and their meanings.
+    """Words with their meanings.
+
+    The keys of `words` are in the form that ``folded`` returns.
 
     Attributes
     ----------
-    words
-        Meanings, keyed by word in the form that :func:`folded` returns.
     pairs
         Words for left and right that mean a side only in mirrored names.
     languages
