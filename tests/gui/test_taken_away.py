@@ -167,8 +167,8 @@ def test_decisions_on_a_clip_that_was_replaced_are_offered_after_a_crash(clip, s
     assert program.answer["says"] == ""
 
 
-def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start_here):
-    program = start_here(clip)
+def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
+    program = start(clip)  # a process, because it must get the keyboard
     program.tell("accept", "front")
     assert program.answer["says"] == ""
     os.utime(clip)  # touched, not changed
