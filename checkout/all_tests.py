@@ -35,7 +35,7 @@ LONG = (
     "test_window",
 )
 QUICK_MINUTES = "about 6 minutes on two cores"
-ALL_MINUTES = "about 25 minutes on two cores"
+ALL_MINUTES = "about 27 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
 NO_TESTS = 5  # the exit status of pytest if no test was selected
 CORE_PARTS = 16  # small, so that no lane is idle for long at the end
