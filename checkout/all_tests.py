@@ -32,7 +32,6 @@ LONG = (
     *("tuning_pages", "nothing_lost", "taken_away", "kill", "sessions", "starts_and_ends"),
     *("recording", "test_tuning", "folder", "in_browser", "quality", "by_hand", "language"),
     *("switched_clips", "test_tour", "test_teaching", "uncovered", "test_looks", "test_video"),
-    "test_window",
 )
 QUICK_MINUTES = "about 6 minutes on two cores"
 ALL_MINUTES = "about 27 minutes on two cores"
