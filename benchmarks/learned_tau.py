@@ -59,8 +59,8 @@ def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
     """Return the results of a τ for a clip.
 
-    For each protocol, these are the number of repaired error frames and of all error frames. The
-    last number is that of false alarms. `tau` is in radians, keyed by chain name.
+    For each protocol, the array has the number of repaired error frames and the number of error
+    frames. Its last entry is the number of false alarms. `tau` is in radians, keyed by chain name.
     """
     row = []
     for protocol in PROTOCOLS:

@@ -32,7 +32,7 @@ from twistcore.formats.suffixes import clip_suffix
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-BESIDE = 3  # number of frames on either side of an edge
+NEAR = 3  # number of frames on either side of an edge
 COUNTS = "clips", "twists", "smoother", "flips", "left"
 
 
@@ -52,9 +52,9 @@ def roughness(
     old, new = ChainSignals.of(before, chain), ChainSignals.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
     for edge in (interval.start, interval.stop):
-        at[max(edge - BESIDE, 1) : edge + BESIDE] = True
+        at[max(edge - NEAR, 1) : edge + NEAR] = True
     if interval.soft_ended:
-        at[max(interval.start - BESIDE, 1) : interval.stop + BESIDE] = True
+        at[max(interval.start - NEAR, 1) : interval.stop + NEAR] = True
     costs = np.zeros(2)
     for name in ("x", "y", "azimuth_turns", "together"):
         seen = at & (old.both_frames > 0.34) if name == "azimuth_turns" else at

@@ -74,7 +74,7 @@ class Verdict:
     backward_before, backward_after
         Frames with a backward knee, keyed by limb.
     turns_old, turns_left, turns_new
-        Impossible turns before the correction, those that remain, and new ones.
+        Impossible turns: before the correction, left by it, and added by it.
     e_moved, c_moved
         The largest displacements as shares of the skeleton's height, 0 within rounding. The one of
         C is 0 in a clip with a flip.

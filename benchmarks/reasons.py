@@ -24,7 +24,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 
-BESIDE = 1  # largest number of frames between an interval's edge and a peak that belongs to it
+NEAR = 1  # largest number of frames between an interval's edge and a peak that belongs to it
 LONE = 0.25  # a rotation below this share of the larger one does not count as turning back
 BELOW_ONLY = frozenset({Why.BELOW})
 NEVER_PEAKS = frozenset({Why.BELOW, Why.INTERVAL, Why.CUT})  # reasons that no peak past τ can have
@@ -55,7 +55,7 @@ def peaks(found: Detection, name: str) -> list[int]:
 
 
 def _touched(interval: Interval, frame: int) -> bool:
-    return interval.start - BESIDE <= frame <= interval.stop + BESIDE
+    return interval.start - NEAR <= frame <= interval.stop + NEAR
 
 
 def contradictions(found: Detection, reason: Reason) -> Iterator[str]:

@@ -130,7 +130,7 @@ class Count:
     sound
         The same number in clips without errors.
     pairs, chains
-        Number of pairs of joints, and of those that are examined.
+        Number of pairs of joints, and number of pairs that are examined.
     missed
         The errors that were not repaired.
     """

@@ -105,14 +105,14 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
     """Open an exercise of a class. A copy of its clip is written to `folder`."""
     exercise = read_exercise(path)
-    beside = path.with_name(exercise.clip)
-    if not is_file(beside):
+    clip = path.with_name(exercise.clip)
+    if not is_file(clip):
         why = tr(
             "its clip {clip} is missing. Put the clip into the same folder.",
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
-    data = open_for_review(Path(shutil.copy(beside, folder)), exercise.listed)
+    data = open_for_review(Path(shutil.copy(clip, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
         why = tr(
             "{clip} is not the clip that this exercise was made with. Ask your teacher for both "

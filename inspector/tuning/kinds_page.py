@@ -29,7 +29,7 @@ _NOTHING = tr(
 # In heights of a row: the thickness of a bar, and how far the mark of recall is below its middle
 _BAR, _APART = 0.5, 0.17
 _AXIS_HEIGHT = 18  # pixels
-_BESIDE_NAMES = 14.0  # pixels between the longest name of a row and the plot
+_NAME_GAP = 14.0  # pixels between the longest name of a row and the plot
 _FEWEST = 8  # minimum number of rows for which there is room, so that bars are never thick
 _ROOM = 66.0  # room for numbers to the right of 100 %, in per cent of the axis
 
@@ -102,7 +102,7 @@ class KindBars(Canvas):
         self._rows.names = tuple(counts)
         metrics = QFontMetricsF(figures_font(8.0))
         widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
-        self._rows.setWidth(widest + _BESIDE_NAMES)
+        self._rows.setWidth(widest + _NAME_GAP)
         self._rows.picture = None
         every = list(counts.values())
         rows = -np.arange(len(every), dtype=np.float64)
@@ -112,7 +112,7 @@ class KindBars(Canvas):
         self.between.setData(
             np.stack([low, high], axis=1)[judged].ravel(), np.repeat(rows[judged], 2)
         )
-        recall = _percent([count.score.recall for count in every])[0]
+        recall = 100.0 * np.array([count.recall for count in every])
         known = np.isfinite(recall)
         self.recall.setData(recall[known], rows[known] - _APART)
         for text in self._texts:
@@ -200,7 +200,7 @@ class KindsPage(QWidget):
         theme = self._colours.theme
         parts = (
             inked(tr("▬ precision, with its 90 % range"), theme.accepted),
-            inked(tr("◆ recall"), theme.after),
+            inked(tr("◆ recall, if you inserted missed errors"), theme.after),
             inked(tr("✓ errors  ✗ false alarms  + missed  ? undecided"), theme.soft),
         )
         self.legend.set_text(" &nbsp; ".join(parts))
@@ -240,7 +240,7 @@ def numbers_of(count: VerdictCount) -> str:
 
 
 def _shares(count: VerdictCount) -> str:
-    precision, recall = count.score.precision[0], count.score.recall[0]
+    precision, recall = count.score.precision[0], count.recall
     return tr(
         "precision {precision}, recall {recall}", precision=_text(precision), recall=_text(recall)
     )

@@ -18,7 +18,7 @@ from inspector.viewport.whole_figure import miniature, miniature_size
 from twistcore.skeleton.rotation import Array
 
 _GIRTH = 0.030  # half the width of a limb with a margin, in figure heights
-_BESIDE = 12.0  # pixels from a limb to the letter of its side
+_GAP = 12.0  # pixels from a limb to the letter of its side
 _ENOUGH = 30.0  # pixels; a larger distance from the fan to a letter is no further advantage
 # Weights in Crowding of a pixel at the marks at both ends of the fan, and of a pixel of the fan and
 # the fins; a pixel of a bone has the weight 1.
@@ -180,11 +180,11 @@ def _letters(
         chosen = number == len(joints) - 1
         if not chosen and _is_hidden(pose.positions[joints[side]], scene, pose, camera, size):
             continue
-        beside = at + (thick / far + _BESIDE) * np.array([[1.0, 0.0], [-1.0, 0.0]])
-        clear = np.linalg.norm(beside[:, None] - np.delete(pixels, number, axis=0), axis=-1)
-        near = np.linalg.norm(beside[:, None] - (spoke if chosen else spoke[:0]), axis=-1)
+        candidates = at + (thick / far + _GAP) * np.array([[1.0, 0.0], [-1.0, 0.0]])
+        clear = np.linalg.norm(candidates[:, None] - np.delete(pixels, number, axis=0), axis=-1)
+        near = np.linalg.norm(candidates[:, None] - (spoke if chosen else spoke[:0]), axis=-1)
         score = clear.sum(axis=1) + np.minimum(near, _ENOUGH).sum(axis=1)
-        places[side] = beside[int(np.argmax(score))]
+        places[side] = candidates[int(np.argmax(score))]
     return places
 
 

@@ -191,9 +191,9 @@ def _class() -> tuple[dict[str, object], dict[str, object], dict[str, object], b
         review = Review.of(replace(analysis().detect(), intervals=read.listed))
         review.accept()
         handed = StudentAnswer("Kim", 33.0, read.clip, read.sha256, review.state.intervals)
-        told = _document(lambda p: write_answer(p, handed))
+        answer = _document(lambda p: write_answer(p, handed))
         documents = [_document(lambda p, f=f: shutil.copy(f, p)) for f in (exercise, key)]
-        return documents[0], documents[1], told, copy.read_bytes()
+        return documents[0], documents[1], answer, copy.read_bytes()
 
 
 def _exercise(rng: random.Random) -> dict[str, bytes]:

@@ -171,9 +171,9 @@ def _read(folder: Path) -> object:
             manifest.note_decisions(record.source, dict(record.decisions))
     numbers = FolderNumbers()
     rows = worst_first([numbers.add(record) for record in records])
-    told = broken_rules(_RULES, records)
-    folder_page("x", rows, numbers, told)
-    junit_xml(records, _RULES, told)
+    broken = broken_rules(_RULES, records)
+    folder_page("x", rows, numbers, broken)
+    junit_xml(records, _RULES, broken)
     clips_csv(records)
     for record in records:
         manifest_page(record, "", _home(record, "home"))

@@ -56,7 +56,6 @@ _ran = itertools.count(1)
 
 def pytest_runtest_logfinish() -> None:
     """What tests leave dies in this thread, between two of them; it takes 0.1 s, so not always."""
-    gc.disable()  # a test, or a library that it calls, may have turned it on
     if next(_ran) % 4 == 0:
         gc.collect()
 

@@ -1,5 +1,6 @@
 """The command line: its words, its exit codes, its one-line complaints."""
 
+import gc
 import json
 import os
 import re
@@ -533,3 +534,13 @@ def test_a_terminal_without_greek_and_a_closed_pipe_are_no_errors():
         process.stdout.close()
         assert process.stderr.read() == b""
         assert process.wait() == 0
+
+
+def test_a_command_called_from_python_leaves_the_collector_as_it_is(capsys):
+    """The window turns it off: garbage may contain Qt objects, which only its thread may delete."""
+    gc.disable()
+    try:
+        assert main(["info", str(WALK)]) == 0
+        assert not gc.isenabled()
+    finally:
+        gc.enable()

@@ -74,6 +74,16 @@ def test_precision_and_recall_have_limits(empty):
         assert low < share < high
 
 
+def test_recall_is_unknown_if_nobody_inserted_a_missed_error(empty):
+    def recall(some):
+        return count_by(kind_verdicts(empty.with_intervals(some)), lambda v: v.chain)[
+            "LeftArm"
+        ].recall
+
+    assert np.isnan(recall([judged(0, ACCEPTED), judged(1, REJECTED)]))
+    assert recall([judged(0, ACCEPTED), judged(1, ACCEPTED, by_hand=True)]) == 0.5
+
+
 def test_a_judged_clip_keeps_them(empty):
     from twistcore.analysis.clip_analysis import analyse
     from twistcore.tuning.verdicts_of import judged_clip

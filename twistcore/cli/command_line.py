@@ -29,16 +29,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _main(argv)
     gc.disable()  # loading modules produces hardly any garbage; `deferred` enables collection
     try:
-        return _main(sys.argv[1:])
+        return _main(sys.argv[1:], alone=True)
     finally:
         gc.freeze()  # saves a last collection, since the process is about to end
 
 
-def _main(argv: Sequence[str]) -> int:
+def _main(argv: Sequence[str], *, alone: bool = False) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal may lack characters such as θ or →
     arguments = make_parser(argv).parse_args(argv)
+    arguments.alone = alone  # in a process that runs only this command
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:

@@ -31,6 +31,7 @@ from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multip
 SMALLEST = math.radians(45.0)  # smallest jump at the start and at the end of a flip, radians
 # Largest angle between the first jump and the inverse of the second jump, radians
 APART = math.radians(25.0)
+_STILL = np.array([1.0, 0.0, 0.0, 0.0])  # the identity as a quaternion (w, x, y, z)
 
 
 def find_turned_ends(search: KindSearch) -> Found:
@@ -127,6 +128,3 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
 
 def _smaller(turns: tuple[Array, Array]) -> float:
     return min(float(geodesic_angle(turn, _STILL)) for turn in turns)
-
-
-_STILL = np.array([1.0, 0.0, 0.0, 0.0])  # the identity as a quaternion (w, x, y, z)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
@@ -27,6 +28,15 @@ class VerdictCount:
 
     score: VerdictScore
     undecided: int
+
+    @property
+    def recall(self) -> float:
+        """The share of the errors that the program found.
+
+        The result is NaN if no person has inserted an error, because it is then unknown whether
+        anybody has looked for missed errors.
+        """
+        return self.score.recall[0] if self.score.errors > self.score.found else math.nan
 
 
 def count_by(

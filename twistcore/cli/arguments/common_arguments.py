@@ -28,7 +28,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
-        if not gc.isenabled():  # disabled by `main` in a process that runs only this command
+        if getattr(arguments, "alone", False):  # `main` has disabled the collection
             gc.freeze()  # exclude the modules from garbage collection, since they stay loaded
             gc.enable()
         return int(carry_out(arguments))

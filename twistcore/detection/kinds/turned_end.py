@@ -22,9 +22,11 @@ KIND = KindInfo(
         "{joint} turns by {size} when the limb flips and turns back with it. Accept the "
         "detection to put the joint back"
     ),
-    why="{joint} turns by {size} in the frame in which the limb flips, and back by the same "
-    "rotation in the frame in which the flip ends",
-    offer="Accept the detection to turn {joint} back by the rotation at both ends of the flip. "
-    "All joints below move with it. This is never done automatically",
+    why="{joint} turns by {size} in the frame in which the limb flips, and back by nearly the "
+    "same rotation in the frame in which the flip ends",
+    offer=(
+        "Accept the detection to turn {joint} back by the mean rotation at both ends of the flip. "
+        "All joints below move with it. This is never done automatically"
+    ),
     quantity="twistcore.detection.quantities.turned_end:angle_from_before",
 )
