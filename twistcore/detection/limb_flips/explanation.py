@@ -119,8 +119,9 @@ def explain(
     if not any(j.leads for j in jumps):
         return []
     runs: list[Run] = []
+    possible = _possible_runs(jumps, fps)
     for _ in range(ROUNDS):
-        arcs = _ways(jumps, angle, height, capture, fps, runs)
+        arcs = _ways(jumps, possible, angle, height, capture, fps, runs)
         runs = _cheapest(arcs, len(jumps))
     return runs
 
@@ -162,7 +163,8 @@ def why_unexplained(
     same meaning as there.
     """
     best = Unexplained(_price_left(jump))
-    for arc in _ways(jumps, angle, height, capture, fps, runs):
+    possible = _possible_runs(jumps, fps)
+    for arc in _ways(jumps, possible, angle, height, capture, fps, runs):
         if (run := arc.run) is not None and (run.first is jump or run.last is jump):
             spared = sum(map(_price_left, (run.first, *run.followed, run.last)))
             if arc.cost - spared < best.price - best.spared:
@@ -172,6 +174,7 @@ def why_unexplained(
 
 def _ways(
     jumps: Sequence[Jump],
+    possible: Sequence[_Arc],
     angle: Array,
     height: Array,
     capture: Mask,
@@ -187,7 +190,9 @@ def _ways(
         own[run.start : run.stop] = False
     weight = np.minimum(height / FULL_HEIGHT, 1.0)
     log = _log_density(angle[own], weight[own])
-    return _arcs(jumps, angle, weight / (OBSERVATION * fps), log, fps)
+    out = [_Arc(k, k + 1, _price_left(jump)) for k, jump in enumerate(jumps)]
+    out += _with_sides(possible, angle, weight / (OBSERVATION * fps), log)
+    return sorted(out, key=lambda arc: arc.target)
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
@@ -210,17 +215,10 @@ def _log_density(angle: Array, weight: Array) -> Density:
     return of
 
 
-def _arcs(
-    jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
-) -> list[_Arc]:
-    """Return all steps of an explanation, sorted by target: unexplained jumps and possible runs.
-
-    `weight` contains the weight of each frame in the evidence, and `log` is the log density.
-    """
+def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
+    """Return the steps with all possible runs, sorted by target, without evidence about the side."""
     out = []
-    as_is = log(angle) * weight
     for k, last in enumerate(jumps):
-        out.append(_Arc(k, k + 1, _price_left(last)))
         followed: list[Jump] = []
         for i in range(k - 1, -1, -1):
             first = jumps[i]
@@ -229,15 +227,31 @@ def _arcs(
             if _may_be_edges(first, last, followed, fps):
                 start, offset, residual = _between(first, last, followed)
                 if abs(residual) < NEVER_CLOSED:
-                    at = slice(start, start + len(offset))
-                    side = float((log(angle[at] - offset) * weight[at] - as_is[at]).sum())
-                    side = min(side, MOST_SIDE)
                     inside = tuple(followed[::-1])
-                    run = Run(start, offset, first, last, inside, residual, side, 0.0)
+                    run = Run(start, offset, first, last, inside, residual, 0.0, 0.0)
                     out.append(_Arc(i, k + 1, _price(run, fps), run))
             if first.leads:
                 followed.append(first)
     return out
+
+
+def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Density) -> list[_Arc]:
+    """Return steps with their runs' evidence that the limb belongs on the other side.
+
+    `weight` contains the weight of each frame in the evidence, and `log` is the log density.
+    """
+    runs = [arc.run for arc in possible if arc.run is not None]
+    if not runs:
+        return []
+    frames = np.concatenate([np.arange(run.start, run.stop) for run in runs])
+    offset = np.concatenate([run.offset for run in runs])
+    gain = (log(angle[frames] - offset) - log(angle)[frames]) * weight[frames]
+    firsts = np.cumsum([0, *(len(run.offset) for run in runs[:-1])])
+    sides = np.minimum(np.add.reduceat(gain, firsts), MOST_SIDE).tolist()
+    return [
+        replace(arc, cost=arc.cost - side, run=replace(run, side=side))
+        for arc, run, side in zip(possible, runs, sides, strict=True)
+    ]
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
@@ -251,6 +265,7 @@ def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -
 
 
 def _price(run: Run, fps: float) -> float:
+    """Return the cost of a run without the evidence about the side."""
     open_by = abs(run.residual)
     return (
         RUN
@@ -259,7 +274,6 @@ def _price(run: Run, fps: float) -> float:
         + CLOSING * open_by
         + UNCLOSED * min(1.0, open_by / CLOSED)
         + SOFT * ((not run.first.sharp) + (not run.last.sharp))
-        - run.side
     )
 
 

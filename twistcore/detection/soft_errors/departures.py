@@ -9,7 +9,7 @@ begins. Natural motion departs little, and less over shorter spans.
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -118,35 +118,41 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
     return -slope_in, 1.0 - rise + slope_in, rise + slope_out, -slope_out
 
 
-def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) in frames [start, stop).
+def bridges(level: Array, ranges: Index, inner: slice, reach: int) -> Array:
+    """Return the natural courses of levels over frame ranges, one range for each level.
 
-    At least one frame is needed on either side. The slope on each side is measured over `reach`
-    frames, or over fewer if the clip has fewer.
+    Each course is the Hermite cubic through the level one frame before and one frame after its
+    range. The slope on each side is measured over `reach` frames, or over fewer if there are fewer.
+
+    Parameters
+    ----------
+    level
+        The levels, shape (n, frames).
+    ranges
+        The frame ranges [start, stop), shape (n, 2), with at least one frame on either side.
+    inner
+        The frames of the result. Outside its range, a course is extrapolated.
+    reach
+        The number of frames over which slopes are measured.
+
+    Returns
+    -------
+    ndarray, shape (n, frames of `inner`)
     """
-    first, last = start - 1, stop
-    before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
+    rows, first, last = np.arange(len(level)), ranges[:, 0] - 1, ranges[:, 1]
+    before = np.minimum(reach, first)
+    behind = np.minimum(reach, level.shape[1] - 1 - last)
     length = last - first
-    from_first, from_last, by_in, by_out = _cubic(length)
-    ends = level[..., first, None], level[..., last, None]
-    mean = (ends[1] - ends[0]) / length
-    slope_in = (ends[0] - level[..., first - before, None]) / before if before else mean
-    slope_out = (level[..., last + behind, None] - ends[1]) / behind if behind else mean
-    return np.asarray(
-        from_first * ends[0] + from_last * ends[1] + by_in * slope_in - by_out * slope_out
-    )
-
-
-@lru_cache(maxsize=1024)
-def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return the weights of a Hermite cubic for the inner frames of a span.
-
-    The four arrays, (length − 1,), are the weights of the values at the first and at the last
-    frame, and of the slopes at both.
-    """
-    t = np.arange(1, length) / length
-    rise = t * t * (3.0 - 2.0 * t)
-    found = 1.0 - rise, rise, t * (1.0 - t) ** 2 * length, t * t * (1.0 - t) * length
-    for weights in found:
-        weights.setflags(write=False)
-    return found
+    ends = level[rows, first], level[rows, last]
+    rise = ends[1] - ends[0]
+    slope_in, slope_out = rise.copy(), rise.copy()  # per length; the mean slope if no frame is left
+    at = before > 0
+    slope_in[at] = ((ends[0] - level[rows, first - before]) * length)[at] / before[at]
+    at = behind > 0
+    slope_out[at] = ((level[rows, last + behind] - ends[1]) * length)[at] / behind[at]
+    t = (np.arange(inner.start, inner.stop) - first[:, None]) / length[:, None]
+    # The cubic with these ends and slopes, as a polynomial in t.
+    third = (slope_in + slope_out - 2.0 * rise)[:, None]
+    second = (3.0 * rise - 2.0 * slope_in - slope_out)[:, None]
+    course: Array = ((third * t + second) * t + slope_in[:, None]) * t + ends[0][:, None]
+    return course

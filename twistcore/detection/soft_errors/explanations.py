@@ -126,9 +126,10 @@ class Explanations:
         high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
         self._low, self._high = low, high
         self._departures = surprise.local_departures(place.row, low, high - low)
-        surprise.work += TO_BEGIN + len(self._departures.u)
+        surprise.work += TO_BEGIN + self._departures.u.size
         self._price = COVERED * surprise.weight_per_frame(high - low)
-        self._nothing = float((self._departures.residuals(np.zeros((1, high - low))) ** 2).sum())
+        nothing = np.zeros((1, *self._departures.u.shape), dtype=np.float32)
+        self._nothing = float(self._departures.surprise(nothing)[0])
         if self._nothing >= PRIOR:  # nothing can gain more than this
             self._try_free(spans)
 
@@ -178,15 +179,12 @@ class Explanations:
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
             return
-        offsets = np.zeros((len(new), high - low))
-        sigmas = []
-        for n, (a, b) in enumerate(new):
-            free, sigma = self._surprise.free_offset(self._place.row, a, b)
-            offsets[n, a - low : b - low] = free
-            sigmas.append(sigma)
-        left = (self._departures.residuals(offsets) ** 2).sum(axis=1)
-        for n, (a, b) in enumerate(new):
-            known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
+        ranges = np.array(new)
+        offsets, sigmas = self._surprise.free_offsets(self._place.row, ranges, low, high)
+        left = self._departures.surprise(self._departures.departures(offsets))
+        left += self._price * (ranges[:, 1] - ranges[:, 0])
+        for n, frames in enumerate(new):
+            known[frames] = Tried(float(left[n]), offsets[n], float(sigmas[n]))
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
         """Return the softened level with the lowest cost, as a :class:`Tried`.
@@ -195,12 +193,12 @@ class Explanations:
         of the free offset, in σ.
         """
         near, place, low = self._departures, self._place, self._low
-        self._surprise.work += LEVELS * (TO_BEGIN + len(near.u))
+        self._surprise.work += LEVELS * (TO_BEGIN + near.u.size)
         rivals = [free] if ratio >= FREE_AT else []
         starts = [(s, ratio / CLOSE) for s in (guess(free.offset),) if s is not None]
         starts += _likely_levels(near, place.length, place.middle - low)
         every = [(start, kernel, coarsest) for start, coarsest in starts for kernel in KERNELS]
-        for shape, left in all_fitted(every, near.frames, near.residuals):
+        for shape, left in all_fitted(every, near.frames, near.departures, near.residuals):
             rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
             at = low + np.flatnonzero(np.abs(shape) > SEEN)
             if ratio >= FREE_AT and len(at):
@@ -213,28 +211,33 @@ class Explanations:
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
     """Return the frame ranges [start, stop) of free offsets that may explain a seed."""
     half = place.length / 2
-    found: set[Frames] = set()
+    windows = []
     for factor in WINDOWS:
         for before, behind in SHIFTS:
             reach = half * factor + HOLE
             low = int(max(2, place.middle - reach * before))
             high = int(min(surprise.frames - 3, place.middle + reach * behind))
-            if high - low < HOLE:
-                continue
-            offset, sigma = surprise.free_offset(place.row, low, high)
-            size = np.abs(offset)
-            inner = size[max(0, int(place.middle - half) - low) : int(place.middle + half) - low]
-            top = float(inner.max(initial=0.0))
-            if top < 0.5 * SMALLEST:
-                continue
-            for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
-                at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
-                gaps = np.flatnonzero(at[1:] - at[:-1] > HOLE).tolist()
-                begins, ends = at[[0, *(g + 1 for g in gaps)]], at[[*gaps, -1]]
-                for a, b in zip((begins + low).tolist(), (ends + low).tolist(), strict=True):
-                    meets = a <= place.middle + half and b >= place.middle - half
-                    if meets and b - a > place.length // 4:
-                        found.add((a, b + 1))
+            if high - low >= HOLE:
+                windows.append((low, high))
+    found: set[Frames] = set()
+    if not windows:
+        return found
+    first, last = min(low for low, _ in windows), max(high for _, high in windows)
+    offsets, sigmas = surprise.free_offsets(place.row, np.array(windows), first, last)
+    for (low, high), free, sigma in zip(windows, offsets, sigmas.tolist(), strict=True):
+        size = np.abs(free[low - first : high - first])
+        inner = size[max(0, int(place.middle - half) - low) : int(place.middle + half) - low]
+        top = float(inner.max(initial=0.0))
+        if top < 0.5 * SMALLEST:
+            continue
+        for least in (2.0 * sigma, 4.0 * sigma, 0.05 * top, 0.15 * top):
+            at = np.flatnonzero(size > min(max(least, SEEN), 0.5 * top))
+            gaps = np.flatnonzero(at[1:] - at[:-1] > HOLE).tolist()
+            begins, ends = at[[0, *(g + 1 for g in gaps)]], at[[*gaps, -1]]
+            for a, b in zip((begins + low).tolist(), (ends + low).tolist(), strict=True):
+                meets = a <= place.middle + half and b >= place.middle - half
+                if meets and b - a > place.length // 4:
+                    found.add((a, b + 1))
     return found
 
 
@@ -251,12 +254,11 @@ def _likely_levels(near: LocalDepartures, length: int, middle: int) -> list[tupl
     if not len(levels):
         return []
     courses = level_courses(levels, ramp, near.frames)
-    told = near.longer(AS_LONG * length)
-    departures = told.departures(courses)
+    long = near.longer(AS_LONG * length)
+    departures = long.departures(courses)
     found = []
     for wider in WIDENED:
-        levels[:, 0] = told.sizes(departures, wider)
-        left = told.residuals(levels[:, :1] * courses, wider)
-        best = levels[(left**2).sum(axis=1).argmin()]
-        found.append((Level(*best.tolist()), wider))
+        levels[:, 0] = long.sizes(departures, wider)
+        left = long.surprise(levels[:, 0, None, None].astype(np.float32) * departures, wider)
+        found.append((Level(*levels[left.argmin()].tolist()), wider))
     return found

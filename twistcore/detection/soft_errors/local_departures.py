@@ -7,17 +7,24 @@ once, and the departures are computed in one array operation.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.detection.prediction import FLOOR, Index
-from twistcore.detection.soft_errors.departures import SpanGrid
-from twistcore.detection.soft_errors.natural_scale import NU, cost
+from twistcore.detection.soft_errors.departures import PROBES, SpanGrid
+from twistcore.detection.soft_errors.natural_scale import CAP, NU
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
+Single: TypeAlias = NDArray[np.float32]
+
 SIZING = 6  # rounds of reweighting in the fit of a size
+HALF = 0.5 * (NU + 2.0)  # factor of the logarithm in the cost of a departure
+LEAST = np.float32(1e-6)  # smallest departure in scales, so that its derivative can be computed
 
 
 @dataclass(frozen=True)
@@ -45,90 +52,134 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class LocalDepartures:
-    """All n departures over spans that overlap a frame range, sorted by length, probe and position.
+    """All departures over n spans that overlap a frame range, sorted by length and position.
+
+    There are three departures per span, one for each probe. The numbers have single precision: it
+    is finer than any scale, and twice as fast.
 
     Attributes
     ----------
     frames
         The number of frames in the range.
-    nodes
-        The frames from which each departure is computed, counted from the start of the range,
-        beginning with the frame of the probe, shape (5, n). A frame outside the range has the index
-        `frames`.
+    inside, ends
+        The frames from which the departures of each span are computed, counted from the start of
+        the range: the frames of the probes, shape (3, n), and the four frames that define the
+        bridge, shape (4, n). A frame outside the range has the index `frames`.
     weights
-        The weights of the other four frames, shape (4, n).
-    u, spread, weight
-        Each departure, its scale in radians and its weight, shape (n,).
+        The weights of the four frames for each probe, shape (4, 3, n).
+    u
+        Each departure, radians, shape (3, n).
+    per_scale
+        1 / (√(ν + 1) σ) for the scale σ of each departure, 1/radians, shape (3, n).
+    root
+        The square root of the weight of each departure, shape (3, n).
     lengths
-        The length of the span of each departure in frames, shape (n,), ascending.
+        The length of each span in frames, shape (n,), ascending.
     """
 
     frames: int
-    nodes: Index
-    weights: Array
-    u: Array
-    spread: Array
-    weight: Array
+    inside: Index
+    ends: Index
+    weights: Single
+    u: Single
+    per_scale: Single
+    root: Single
     lengths: Index
 
     def longer(self, shortest: float) -> LocalDepartures:
         """Return the departures over spans of at least `shortest` frames only."""
-        told = slice(int(np.searchsorted(self.lengths, shortest)), None)
+        first = int(np.searchsorted(self.lengths, shortest))
         return LocalDepartures(
             self.frames,
-            self.nodes[:, told],
-            self.weights[:, told],
-            self.u[told],
-            self.spread[told],
-            self.weight[told],
-            self.lengths[told],
+            self.inside[:, first:].copy(),
+            self.ends[:, first:].copy(),
+            self.weights[..., first:].copy(),
+            self.u[:, first:].copy(),
+            self.per_scale[:, first:].copy(),
+            self.root[:, first:].copy(),
+            self.lengths[first:],
         )
 
-    def departures(self, courses: Array) -> Array:
-        """Return the departures of m offsets from their bridges, in radians, (m, n).
+    def departures(self, courses: Array) -> Single:
+        """Return the departures of m offsets from their bridges, in radians, (m, 3, n).
 
         `courses` contains the offsets in each frame of the range, radians, shape (m, frames).
         Outside the range they are 0.
         """
-        level = np.zeros((len(courses), self.frames + 1))
+        level = np.zeros((len(courses), self.frames + 1), dtype=np.float32)
         level[:, :-1] = courses
-        out: Array = level.take(self.nodes[0], axis=1)
-        for node, weight in zip(self.nodes[1:], self.weights, strict=True):
-            ends = level.take(node, axis=1)
-            ends *= weight
-            out -= ends
+        out: Single = level.take(self.inside, axis=1)
+        ends = level.take(self.ends, axis=1)
+        for k, weights in enumerate(self.weights):
+            out -= weights * ends[:, k, None]
         return out
 
-    def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """Return the weighted residuals of u after the removal of m offsets, (m, n).
+    def surprise(self, departures: Single, wider: float = 1.0) -> Array:
+        """Return the surprise, in nats, that is left after the removal of m offsets, (m,).
 
-        The sum of their squares is the remaining surprise in nats. `courses` contains the offsets,
-        shape (m, frames). `wider` is the factor by which all scales are multiplied, one number or
-        one for each offset, (m, 1).
+        `departures` contains the departures of the offsets, shape (m, 3, n). `wider` is the factor by
+        which all scales are multiplied.
         """
-        z = self.departures(courses)
-        np.subtract(self.u, z, out=z)
-        z /= wider * self.spread
-        left = cost(z)
-        left *= self.weight
-        return np.copysign(np.sqrt(left, out=left), z, out=left)
+        q = (self.u - departures) * (self.per_scale / np.float32(wider))
+        q *= q
+        costs = _costs(q).reshape(len(q), self.root.size)
+        return np.asarray(costs @ (self.root * self.root).ravel(), dtype=np.float64)
 
-    def sizes(self, departures: Array, wider: float = 1.0) -> Array:
+    def residuals(self, departures: Single, wider: Array) -> tuple[Single, Single]:
+        """Return the weighted residuals of u after the removal of m offsets, and their derivatives.
+
+        The sum of the squared residuals is the surprise in nats. The derivatives are with respect
+        to the departures. Both have the shape (m, 3 n). `departures` contains the departures of the
+        offsets, shape (m, 3, n), and `wider` the factor by which the scales are multiplied for each
+        offset, (m, 1).
+        """
+        scaled = self.per_scale / wider[..., None].astype(np.float32)
+        q = (self.u - departures) * scaled
+        size = np.maximum(np.abs(q), LEAST)
+        square = size * size
+        costs = _costs(square)
+        capped = costs >= CAP
+        rooted = np.sqrt(costs)
+        square += 1.0
+        square *= rooted
+        size *= scaled
+        size /= square
+        size *= np.float32(-HALF) * self.root
+        size[capped] = 0.0
+        rooted *= self.root
+        left = np.copysign(rooted, q, out=rooted)
+        return left.reshape(len(q), -1), size.reshape(len(q), -1)
+
+    def sizes(self, departures: Single, wider: float = 1.0) -> Array:
         """Return the factors by which m offsets must be multiplied to explain u best, (m,).
 
-        `departures` contains the departures of these offsets, shape (m, n). `wider` is the factor
+        `departures` contains the departures of these offsets, shape (m, 3, n). `wider` is the factor
         by which all scales are multiplied.
         """
-        by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
-        trust = np.broadcast_to(self.weight, by.shape)
-        found = np.zeros(len(by))
+        scaled = self.per_scale / np.float32(wider)
+        by, of = (
+            (departures * scaled).reshape(len(departures), scaled.size),
+            (self.u * scaled).ravel(),
+        )
+        weight = (self.root * self.root).ravel()
+        trust = np.broadcast_to(weight, by.shape)
+        found: Single = np.zeros(len(by), dtype=np.float32)
         for _ in range(SIZING):
             trusted = trust * by
-            over = np.maximum((trusted * by).sum(axis=1), FLOOR)
-            found = (trusted * of).sum(axis=1) / over
+            over = np.maximum(np.einsum("mn,mn->m", trusted, by), np.float32(FLOOR))
+            found = (trusted @ of) / over
             left = of - found[:, None] * by
-            trust = self.weight / (NU + 1.0 + left * left)
-        return np.asarray(found)
+            left *= left
+            left += 1.0
+            trust = weight / left
+        return np.asarray(found, dtype=np.float64)
+
+
+def _costs(square: Single) -> Single:
+    """Return the costs of departures, see :func:`natural_scale.cost`, from squares of q = z/√(ν+1)."""
+    costs: Single = np.log1p(square)
+    costs *= HALF
+    return np.minimum(costs, np.float32(CAP), out=costs)
 
 
 def local_departures(
@@ -138,20 +189,25 @@ def local_departures(
 
     `departures` has one item for each length of spans, the shortest first.
     """
-    nodes, weights = [], []
+    nodes, weights = [np.zeros((5, len(PROBES), 0), dtype=np.intp)], [np.zeros((4, len(PROBES), 0))]
     for t in departures:
         at, by = t.span.nodes(t.first, t.u.shape[1])
-        nodes.append(at.reshape(len(at), -1))
-        weights.append(np.repeat(by, t.u.shape[1], axis=1))
-    at = np.concatenate([np.zeros((5, 0), dtype=np.intp), *nodes], axis=1) - low
+        nodes.append(at)
+        weights.append(np.repeat(by[..., None], t.u.shape[1], axis=2))
+    at = np.concatenate(nodes, axis=2) - low
+    at = np.where((at >= 0) & (at < frames), at, frames)
+    none = np.zeros((len(PROBES), 0))
+    spread = np.concatenate([none, *(t.spread for t in departures)], axis=1)
+    weight = np.concatenate(
+        [none, *(np.broadcast_to(t.weight, t.u.shape) for t in departures)], axis=1
+    )
     return LocalDepartures(
         frames,
-        np.where((at >= 0) & (at < frames), at, frames),
-        np.concatenate([np.zeros((4, 0)), *weights], axis=1),
-        np.concatenate([np.zeros(0), *(t.u.ravel() for t in departures)]),
-        np.concatenate([np.zeros(0), *(t.spread.ravel() for t in departures)]),
-        np.concatenate(
-            [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in departures)]
-        ),
-        np.repeat([t.span.length for t in departures], [t.u.size for t in departures]),
+        at[0],
+        at[1:, 0],
+        np.concatenate(weights, axis=2).astype(np.float32),
+        np.concatenate([none, *(t.u for t in departures)], axis=1).astype(np.float32),
+        (1.0 / (math.sqrt(NU + 1.0) * spread)).astype(np.float32),
+        np.sqrt(weight).astype(np.float32),
+        np.repeat([t.span.length for t in departures], [t.u.shape[1] for t in departures]),
     )

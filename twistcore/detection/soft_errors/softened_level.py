@@ -9,24 +9,32 @@ the first and of the last transition, and the duration of a transition.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
 
+Values: TypeAlias = NDArray[np.floating[Any]]  # departures and residuals may have single precision
 # A function for the shape of a transition from 0 to 1 around time 0.
 Kernel: TypeAlias = Callable[[Array], Array]
-# A function that returns the weighted residuals (n, …) after the removal of courses (n, frames).
-# The second argument contains the factors by which the scales are widened, (n, 1).
-Residuals: TypeAlias = Callable[[Array, Array], Array]
+# A linear function that returns the departures (n, …) of courses (n, frames).
+Departures: TypeAlias = Callable[[Array], Values]
+# A function that returns the weighted residuals (n, …) after the removal of courses with given
+# departures (n, …), and the derivatives of the residuals with respect to the departures. The second
+# argument contains the factors by which the scales are widened, (n, 1).
+Residuals: TypeAlias = Callable[[Values, Array], tuple[Values, Values]]
 
 STEEPEST = 0.5  # shortest duration of a transition in frames
 _DECAY = np.pi * np.sqrt(2.0)  # decay of the filtered step per period
+FAR = 4.0  # periods from a filtered step after which it has its final value
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # units of the four numbers in the fit
 _STEPS = 1e-3  # relative change of a number for its derivative
 # Maximum number of steps before the scales are narrowed, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
+ROUGHLY = 0.5  # smallest gain of a step while the scales are widened, in nats
+HOPELESS = 5.0  # a fit that is behind the best by more than this many of its last gains is given up
 NARROWER = 5.0  # factor by which the scales are narrowed
 
 
@@ -58,11 +66,16 @@ def filtered(t: Array) -> Array:
     """Return a unit step at t = 0 after a second-order Butterworth filter in both directions.
 
     `t` is in periods of the cut-off frequency. The step has a closed form, because the gain of the
-    filter at a frequency f is 1 / (1 + (f / cut-off)⁴).
+    filter at a frequency f is 1 / (1 + (f / cut-off)⁴). More than FAR periods from the step, the
+    difference from 0 or 1 is below 1e-8 and is left out.
     """
-    away = _DECAY * np.abs(t)
-    rest = 0.5 * np.exp(-away) * np.cos(away)
-    return np.asarray(np.where(t < 0.0, rest, 1.0 - rest))
+    away = np.abs(t)
+    out = (t >= 0.0).astype(np.float64)
+    near = away < FAR
+    decay = _DECAY * away[near]
+    rest = 0.5 * np.exp(-decay) * np.cos(decay)
+    out[near] = np.where(t[near] < 0.0, rest, 1.0 - rest)
+    return out
 
 
 KERNELS: tuple[Kernel, ...] = (ramp, filtered)
@@ -88,30 +101,19 @@ def guess(offset: Array) -> Level | None:
     return Level(float(offset[top]), half[0] - 0.5, half[-1] + 0.5, max(width, 2.0))
 
 
-def fitted(
-    start: Level,
-    kernel: Kernel,
-    frames: int,
-    residuals: Residuals,
-    coarsest: float,
-) -> tuple[Array, float]:
-    """Fit one level. Return its course, (frames,), and the sum of the squared residuals.
-
-    `coarsest` has the same meaning as in :func:`all_fitted`.
-    """
-    return all_fitted([(start, kernel, coarsest)], frames, residuals)[0]
-
-
 def all_fitted(
-    starts: Sequence[tuple[Level, Kernel, float]], frames: int, residuals: Residuals
+    starts: Sequence[tuple[Level, Kernel, float]],
+    frames: int,
+    departures: Departures,
+    residuals: Residuals,
 ) -> list[tuple[Array, float]]:
     """Fit a level from each start. Return each course and the sum of its squared residuals.
 
     Each start consists of a level, a kernel and the factor `coarsest`, by which the scales are
     widened at first. Each course has the shape (frames,).
 
-    The fit uses Levenberg-Marquardt steps. The derivatives with respect to the four numbers are
-    computed numerically, for all starts together. Far from the best course, all residuals have
+    The fit uses Levenberg-Marquardt steps, for all starts together. The derivatives of the courses
+    with respect to the four numbers are computed numerically. Far from the best course, all residuals have
     their largest value, and no step improves the fit. The scales are therefore widened at first and
     then narrowed step by step.
     """
@@ -120,11 +122,15 @@ def all_fitted(
     while going:
         tried = np.array([d.number + d.step for d in going])
         here = _courses(tried, going, frames)
-        left = residuals(here, np.array([[d.wider] for d in going]))
-        further = [d for k, d in enumerate(going) if d.accept(tried[k], here[k], left[k])]
+        left, changes = residuals(departures(here), np.array([[d.wider] for d in going]))
+        values = np.einsum("mn,mn->m", left, left).tolist()
+        further = [k for k, d in enumerate(going) if d.accept(tried[k], here[k], values[k])]
         if further:
-            _measure_slopes(further, frames, residuals)
-        going = [d for d in going if not d.is_done()]
+            _measure_slopes(
+                [going[k] for k in further], departures, left[further], changes[further]
+            )
+        leader = min((d.best for d in descents if d.wider <= 1.0), default=np.inf)
+        going = [d for d in going if not (d.is_done() or d.is_behind(leader))]
         if going:
             damped = np.array([d.damped() for d in going])
             steps = np.linalg.solve(damped, np.array([d.down for d in going])[..., None])
@@ -136,8 +142,7 @@ def all_fitted(
 class _Descent:
     """The fit of one level, while it is in progress.
 
-    `number` contains the four numbers of the level in units of `_AT`, and `residual` the residuals
-    of its course.
+    `number` contains the four numbers of the level in units of `_AT`.
     """
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
@@ -148,27 +153,27 @@ class _Descent:
 
     def _begin(self) -> None:
         """Begin or restart the fit with the current scales."""
-        self.left_steps, self.damping, self.best = MOST_STEPS, 1e-2, np.inf
+        self.left_steps, self.damping = MOST_STEPS, 1e-2
+        self.best = self.gained = np.inf
         self.course: Array = np.zeros(self.frames)
         self.step: Array = np.zeros(len(_AT))
         self.curvature, self.down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
-        self.residual: Array = np.zeros(0)
         self.begun = self.ended = False
 
-    def accept(self, number: Array, course_: Array, left: Array) -> bool:
-        """Accept new numbers if their residuals are smaller.
+    def accept(self, number: Array, course_: Array, left: float) -> bool:
+        """Accept new numbers if less surprise is left with them.
 
-        `course_` and `left` are the course and the residuals of the new numbers. Returns True if
-        the fit continues from the new numbers, so that the derivatives there are needed.
+        `course_` and `left` are the course of the new numbers and the sum of its squared residuals.
+        Returns True if the fit continues from the new numbers, so that the derivatives there are
+        needed.
         """
         self.begun = True
         self.left_steps -= 1
-        value = float(left @ left)
-        if value < self.best:
-            gained = self.best - value
-            self.number, self.best, self.course, self.residual = number, value, course_, left
+        if left < self.best:
+            self.gained = gained = self.best - left
+            self.number, self.best, self.course = number, left, course_
             self.damping = max(0.2 * self.damping, 1e-6)
-            self.ended = gained < ENOUGH or not self.left_steps
+            self.ended = gained < (ENOUGH if self.wider <= 1.0 else ROUGHLY) or not self.left_steps
             return not self.ended
         self.damping *= 8.0
         self.ended = self.damping > 1e4 or not self.left_steps
@@ -183,6 +188,10 @@ class _Descent:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
         return self.ended
+
+    def is_behind(self, leader: float) -> bool:
+        """Return True if the fit cannot be expected to reach the best value of another fit."""
+        return self.wider <= 1.0 and self.best - leader > HOPELESS * self.gained
 
     def damped(self) -> Array:
         """Return the damped matrix for the next step, or the identity before the first step."""
@@ -206,15 +215,24 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
     return out
 
 
-def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Compute the derivatives that each fit needs for its next step, by changing each number."""
+def _measure_slopes(
+    of: Sequence[_Descent], departures: Departures, left: Values, changes: Values
+) -> None:
+    """Compute the derivatives that each fit needs for its next step, by changing each number.
+
+    `left` contains the residuals of each fit, and `changes` their derivatives with respect to the
+    departures, (n, …).
+    """
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)
-    beside = (numbers[:, None] + by[:, None] * np.eye(many)).reshape(-1, many)
-    repeated = [d for d in of for _ in range(many)]
-    courses = _courses(beside, repeated, frames)
-    left = residuals(courses, np.array([[d.wider] for d in repeated]))
+    moved = (numbers[:, None] + by[:, None] * np.eye(many)).reshape(-1, many)
+    here = np.array([d.course for d in of])
+    courses = _courses(moved, [d for d in of for _ in range(many)], here.shape[1])
+    courses -= np.repeat(here, many, axis=0)
+    courses /= by.reshape(-1, 1)
+    slopes = departures(courses).reshape(len(of), many, -1) * changes[:, None]
+    curvature = np.asarray(slopes @ slopes.swapaxes(1, 2), dtype=np.float64)
+    down = np.asarray(slopes @ left[..., None], dtype=np.float64)[..., 0]
     for k, d in enumerate(of):
-        slopes = (left[many * k : many * (k + 1)] - d.residual) / by[k, :, None]
-        d.curvature, d.down = slopes @ slopes.T, slopes @ d.residual
+        d.curvature, d.down = curvature[k], down[k]

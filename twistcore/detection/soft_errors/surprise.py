@@ -8,15 +8,13 @@ of all suitable lengths, in u (see `natural_scale`) and in x + y.
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.prediction import Mask
-from twistcore.detection.soft_errors.departures import PROBES, SpanGrid, bridge, spans
+from twistcore.detection.prediction import Index, Mask
+from twistcore.detection.soft_errors.departures import PROBES, SpanGrid, bridges, spans
 from twistcore.detection.soft_errors.local_departures import (
     LocalDepartures,
     SpanDepartures,
@@ -80,6 +78,10 @@ class Surprise:
         self.work = 0  # number of departures to which the search has fitted courses so far
         self.budget = budget
         self.at: list[_AtSpan] = []
+        # For free offsets: length, support, step, number of positions and the index of the first
+        # position of the spans of each length, β (lengths, rows) and σ (rows, all positions).
+        self._grids: Index = np.zeros((5, 0), dtype=np.intp)
+        self._beta = self._sigma = np.zeros((0, 0))
 
     def neighbours(self, row: int) -> list[int]:
         """Return a row and the rows of the chains directly above and below it in its limb."""
@@ -138,6 +140,19 @@ class Surprise:
             first = n.span.step * np.arange(u.shape[-1])
             usable = across[first + n.span.support] == across[first + 1]
             self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
+        grids = [n.span for n in natural]
+        counts = [n.sigma.shape[-1] for n in natural]
+        self._grids = np.array(
+            [
+                [g.length for g in grids],
+                [g.support for g in grids],
+                [g.step for g in grids],
+                counts,
+                np.cumsum([0, *counts[:-1]]),
+            ]
+        )
+        self._beta = np.array([n.beta for n in natural])
+        self._sigma = np.concatenate([n.sigma[len(PROBES) // 2] for n in natural], axis=-1)
 
     def _recompute(self, row: int, low: int, high: int) -> None:
         """Recompute the departures of a row that use any of the frames [low, high)."""
@@ -225,40 +240,50 @@ class Surprise:
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._similar_spans(length)
         )
 
-    def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset whose removal makes u follow its bridge over [start, stop), and its σ.
+    def free_offsets(self, row: int, ranges: Index, low: int, high: int) -> tuple[Array, Array]:
+        """Return the offsets whose removal makes u follow its bridge over frame ranges, and their σ.
 
-        Both are in radians. β and σ are interpolated from spans of similar length at that position.
+        Parameters
+        ----------
+        row
+            The row of the chain.
+        ranges
+            The frame ranges [start, stop), (n, 2), with at least a frame of the clip on either side.
+        low, high
+            The frames of the result, which contain all ranges.
+
+        Returns
+        -------
+        offsets : ndarray, shape (n, high - low)
+            Radians, 0 outside each range.
+        sigma : ndarray, shape (n,)
+            Radians. β and σ are interpolated from spans of similar length at that position.
         """
         reach = self.spans[0].reach
-        low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
-        levels = np.array([self.x[row, low:high], self.y[row, low:high]]).cumsum(axis=1)
-        a, b = start - low, stop - low
-        dx, dy = levels[:, a:b] - bridge(levels, a, b, reach)
-        beta, sigma = self.scale(row, start, stop)
-        return dx - beta * (dx + dy), sigma
+        first = max(low - 1 - reach, 0)
+        last = min(high + 1 + reach, self.frames)
+        levels = np.array([self.x[row, first:last], self.y[row, first:last]]).cumsum(axis=1)
+        beta, sigma = self.scales(row, ranges)
+        level = (1.0 - beta)[:, None] * levels[0] - beta[:, None] * levels[1]
+        inner = slice(low - first, high - first)
+        frames = np.arange(low, high)
+        inside = (frames >= ranges[:, :1]) & (frames < ranges[:, 1:])
+        course = bridges(level, ranges - first, inner, reach)
+        return np.where(inside, level[:, inner] - course, 0.0), sigma
 
-    def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
-        """Return β and σ for a bridge over [start, stop), from spans of the two nearest lengths."""
-        length = max(stop - start, 1)
-        lengths = [s.length for s in self.spans]
-        k = bisect_left(lengths, length)
-        values = []
-        for j in (max(k - 1, 0), min(k, len(lengths) - 1)):
-            n = self.at[j].natural
-            middle = (start + stop - n.span.support) // 2 // n.span.step
-            position = min(max(middle, 0), n.sigma.shape[-1] - 1)
-            values.append((n.beta[row], n.sigma[len(PROBES) // 2, row, position]))
-        (beta0, sigma0), (beta1, sigma1) = values
-        share = _share(length, lengths[max(k - 1, 0)], lengths[min(k, len(lengths) - 1)])
-        beta = (1.0 - share) * beta0 + share * beta1
-        return float(beta), float(sigma0 ** (1.0 - share) * sigma1**share)
-
-
-@lru_cache(maxsize=1024)
-def _share(length: int, shorter: int, longer: int) -> float:
-    """Return the relative position of a length between two others on a logarithmic scale, 0…1."""
-    if shorter == longer:
-        return 0.0
-    share = np.log(length / shorter) / np.log(longer / shorter)
-    return float(np.clip(share, 0.0, 1.0))
+    def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:
+        """Return β and σ for bridges over frame ranges, (n, 2), from spans of similar length."""
+        starts, stops = ranges.T
+        length = np.maximum(stops - starts, 1)
+        lengths, supports, steps, counts, firsts = self._grids
+        k = np.searchsorted(lengths, length)
+        near = np.stack([np.maximum(k - 1, 0), np.minimum(k, len(lengths) - 1)])
+        middle = (starts + stops - supports[near]) // 2 // steps[near]
+        position = firsts[near] + np.minimum(np.maximum(middle, 0), counts[near] - 1)
+        beta, sigma = self._beta[near, row], self._sigma[row, position]
+        a, b = lengths[near]
+        share = np.log(length / a) / np.where(b > a, np.log(b / a), 1.0)
+        share = np.where(b > a, np.minimum(np.maximum(share, 0.0), 1.0), 0.0)
+        return (1.0 - share) * beta[0] + share * beta[1], sigma[0] ** (1.0 - share) * sigma[
+            1
+        ] ** share
