@@ -14,13 +14,13 @@ from tests.twistcore.test_soft_errors import (
     erring,
     low_passed,
 )
-from twistcore.detection.soft_errors.departures import PROBES, bridge, bridge_weights, spans
+from twistcore.detection.soft_errors.departures import PROBES, bridge_weights, bridges, spans
 from twistcore.detection.soft_errors.natural_scale import fitted_share, natural_scales
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
+    all_fitted,
     filtered,
-    fitted,
     guess,
     level_courses,
     ramp,
@@ -47,9 +47,8 @@ def test_bridges_keep_values_and_slopes_at_both_ends(fps):
                 at = a + round(probe * n)
                 assert value == pytest.approx(level[at] - cubic(at), abs=1e-9 * n)
             inside = np.arange(a + 1, b)
-            np.testing.assert_allclose(
-                bridge(level, a + 1, b, h), cubic(inside), rtol=1e-9, atol=1e-9 * n
-            )
+            (course,) = bridges(level[None], np.array([[a + 1, b]]), slice(a + 1, b), h)
+            np.testing.assert_allclose(course, cubic(inside), rtol=1e-9, atol=1e-9 * n)
 
 
 def test_even_motion_departs_by_nothing_and_an_error_inside_by_itself():
@@ -127,9 +126,10 @@ def test_the_level_that_was_softened_is_found_again(kernel):
     away = Level(0.4, start.onset + 3.0, start.end - 3.0, 5.0)
 
     def residuals(courses, wider):
-        return (courses - truth) / (np.radians(0.2) * wider)
+        sigma = np.radians(0.2) * wider
+        return (courses - truth) / sigma, np.ones_like(courses) / sigma
 
-    found, left = fitted(away, kernel, 100, residuals, 20.0)
+    ((found, left),) = all_fitted([(away, kernel, 20.0)], 100, lambda c: c, residuals)
     np.testing.assert_allclose(found, truth, atol=np.radians(0.1))
     assert left < 1.0
     assert guess(np.zeros(50)) is None

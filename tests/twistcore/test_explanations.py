@@ -16,8 +16,8 @@ from twistcore.detection.soft_errors.explanations import (
 )
 from twistcore.detection.soft_errors.softened_level import (
     Level,
+    all_fitted,
     filtered,
-    fitted,
     guess,
     level_courses,
     ramp,
@@ -53,6 +53,12 @@ def seeds(surprise, row, middle, ranks=(0, 2, 4, 6)):
             yield Seed(25.0, row, k, position, span.step * position + shift, span.length)
 
 
+def free_offset(surprise, row, start, stop):
+    """Return the free offset over one frame range, and its σ."""
+    offsets, sigmas = surprise.free_offsets(row, np.array([[start, stop]]), start, stop)
+    return offsets[0], float(sigmas[0])
+
+
 # Where it may be
 
 
@@ -66,7 +72,7 @@ def plain_proposed(surprise, place):
             high = int(min(FRAMES - 3, place.middle + behind * reach))
             if high - low < 3:
                 continue
-            offset, sigma = surprise.free_offset(place.row, low, high)
+            offset, sigma = free_offset(surprise, place.row, low, high)
             size = {low + n: abs(v) for n, v in enumerate(offset.tolist())}
             top = max((size.get(t, 0.0) for t in range(int(first), int(last))), default=0.0)
             if top < 0.75 * DEGREE:
@@ -130,7 +136,7 @@ def plain_levels(stretch, length, middle):
         for begin, end, width in levels:
             shape = level_courses(np.array([[1.0, begin, end, width]]), ramp, stretch.frames)
             (size,) = told.sizes(told.departures(shape), wider)
-            left = float((told.residuals(size * shape, wider) ** 2).sum())
+            left = float(told.surprise(told.departures(size * shape), wider)[0])
             tried.append((left, float(size), begin, end, width))
         out += [(min(tried)[1:], wider)] if tried else []
     return out
@@ -148,7 +154,7 @@ def test_the_levels_that_are_fitted_are_the_likeliest_of_many(case):
             assert [w for _, w in found] == [w for _, w in wanted]
             for (level, _), (plain, _) in zip(found, wanted, strict=True):
                 assert isinstance(level, Level)
-                assert level == pytest.approx(plain)
+                assert level == pytest.approx(plain, rel=1e-3)
     stretch = s.local_departures(2, start, 12)
     assert _likely_levels(stretch, 384, 6) == []
 
@@ -171,7 +177,7 @@ def plain_best(surprise, place, fit_below):
     price = 4.0 * surprise.weight_per_frame(high - low)
 
     def left_by(shape):
-        return float((stretch.residuals(shape[None]) ** 2).sum())
+        return float(stretch.surprise(stretch.departures(shape[None]))[0])
 
     known = {}
 
@@ -179,7 +185,7 @@ def plain_best(surprise, place, fit_below):
         a, b = max(a, 1), min(b, FRAMES - 1)
         if low <= a < b <= high and (a, b) not in known:
             shape = np.zeros(high - low)
-            shape[a - low : b - low], sigma = surprise.free_offset(row, a, b)
+            shape[a - low : b - low], sigma = free_offset(surprise, row, a, b)
             known[a, b] = left_by(shape) + price * (b - a), shape, sigma
         return known.get((a, b))
 
@@ -204,15 +210,17 @@ def plain_best(surprise, place, fit_below):
         starts += [
             (Level(*v), w) for v, w in plain_levels(stretch, place.length, place.middle - low)
         ]
-        for start, coarsest in starts:
-            for kernel in (ramp, filtered):
-                if start is None:
-                    continue
-                shape, left = fitted(start, kernel, high - low, stretch.residuals, coarsest)
-                rivals.append((left + 8.0, shape, 0.5 * free[2]))
-                at = [low + t for t, v in enumerate(shape) if abs(v) > 0.05 * DEGREE]
-                if ratio >= 10.0 and at and (again := try_free(at[0], at[-1] + 1)):
-                    rivals.append(again)
+        every = [
+            (start, kernel, coarsest)
+            for start, coarsest in starts
+            if start is not None
+            for kernel in (ramp, filtered)
+        ]
+        for shape, left in all_fitted(every, high - low, stretch.departures, stretch.residuals):
+            rivals.append((left + 8.0, shape, 0.5 * free[2]))
+            at = [low + t for t, v in enumerate(shape) if abs(v) > 0.05 * DEGREE]
+            if ratio >= 10.0 and at and (again := try_free(at[0], at[-1] + 1)):
+                rivals.append(again)
         if not rivals:
             return None
         best = min(rivals, key=lambda t: t[0])
@@ -233,7 +241,7 @@ def explained_alike(surprise, place, fit_below):
     begin, offset, gain, sigma = wanted
     assert (found.row, found.start, len(found.offset)) == (place.row, begin, len(offset))
     np.testing.assert_allclose(found.offset, offset, atol=1e-7)
-    assert found.gain == pytest.approx(gain, abs=1e-5)
+    assert found.gain == pytest.approx(gain, abs=1e-2)
     assert found.sigma == pytest.approx(sigma)
     assert (found.followed, found.unsure) == (1.0, False)
     return True

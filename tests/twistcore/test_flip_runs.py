@@ -12,7 +12,7 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import flip, flipped
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
-from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, why_unexplained
+from twistcore.detection.limb_flips.explanation import Run, _possible_runs, explain, why_unexplained
 from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.formats.bvh import read_bvh
@@ -210,7 +210,7 @@ def test_partners_alone_explain_nothing():
 def test_a_run_follows_four_jumps_inside_at_most():
     jumps = [Jump(20 + 2 * n, 21 + 2 * n, ((-1) ** n * 1.5,), 0.01) for n in range(9)]
     nothing, everywhere = np.zeros(FRAMES), np.ones(FRAMES, dtype=bool)
-    arcs = _arcs(jumps, nothing, nothing, np.zeros_like, 120.0)
+    arcs = _possible_runs(jumps, 120.0)
     followed = {len(a.run.followed) for a in arcs if a.run}
     assert followed == {0, 1, 2, 3, 4}
     assert len(explain(jumps, nothing, nothing, everywhere, 120.0)) > 0

@@ -27,7 +27,8 @@ class Explained:
         half = place.length // 2 + int(self._chance.integers(0, 4))
         self._start = max(place.middle - half, 1)
         stop = min(place.middle + half, FRAMES - 1)
-        self._offset, _ = surprise.free_offset(place.row, self._start, stop)
+        frames = np.array([[self._start, stop]])
+        (self._offset,), _ = surprise.free_offsets(place.row, frames, self._start, stop)
         self._gain = float(self._chance.choice([50.0, 90.0, 300.0]))
         self._none = self._chance.random() < 0.2
         self._levels = self._chance.random() < 0.5
@@ -317,7 +318,7 @@ def test_work_is_counted_by_departures():
     search = Search(s, [0, 2, 4])
     place = search.next()
     one = Explanations(s, place)
-    size = TO_BEGIN + len(one._departures.u)
+    size = TO_BEGIN + one._departures.u.size
     assert s.work == size
     one.best(math.inf)
     assert s.work == (1 + LEVELS) * size

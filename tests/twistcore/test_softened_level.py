@@ -13,7 +13,6 @@ from twistcore.detection.soft_errors.softened_level import (
     Level,
     all_fitted,
     filtered,
-    fitted,
     guess,
     level_courses,
     ramp,
@@ -102,12 +101,22 @@ def test_a_level_is_not_guessed_where_nothing_rises():
 # The best fit
 
 
+def same(courses):
+    """Departures that are the courses themselves."""
+    return courses
+
+
+def fitted(start, kernel, frames, residuals, coarsest):
+    """Fit one level."""
+    return all_fitted([(start, kernel, coarsest)], frames, same, residuals)[0]
+
+
 def residuals_of(wanted, spread=0.02, cap=math.inf):
-    """What courses leave of a wanted one; a level farther off than the cap says no more."""
+    """Return a function for residuals of at most `cap` and their derivatives."""
 
     def of(courses, wider=1.0):
         z = (wanted - courses) / (spread * wider)
-        return np.sign(z) * np.minimum(np.abs(z), cap)
+        return np.clip(z, -cap, cap), np.where(np.abs(z) < cap, -1.0 / (spread * wider), 0.0)
 
     return of
 
@@ -122,7 +131,7 @@ def test_the_level_is_found_that_leaves_the_least(kernel, seed):
     start = Level(0.45, 20.0, 54.0, 7.0)
     shape, left = fitted(start, kernel, FRAMES, of, 1.0)
     best = least_squares(
-        lambda v: of(level_courses(v[None], kernel, FRAMES))[0], truth, x_scale=[0.03, 1, 1, 1]
+        lambda v: of(level_courses(v[None], kernel, FRAMES))[0][0], truth, x_scale=[0.03, 1, 1, 1]
     )
     assert left == pytest.approx(2.0 * best.cost, abs=0.5)
     assert left == pytest.approx(float((of(shape[None])[0] ** 2).sum()))
@@ -177,7 +186,8 @@ def steps_of(kernel, start, of, frames):
     at = tried = number
     damping, best, asked = 0.01, math.inf, 0
     for turn in range(12):
-        left = of(level_courses((tried * scales)[None], kernel, frames), 1.0)[0]
+        here = level_courses((tried * scales)[None], kernel, frames)[0]
+        left, change = of(here, 1.0)
         asked += 1
         value = float(sum(v * v for v in left))
         if value < best:
@@ -190,9 +200,8 @@ def steps_of(kernel, start, of, frames):
                 by = 1e-3 * max(abs(at[k]), 1.0)
                 beside = at.copy()
                 beside[k] += by
-                moved = of(level_courses((beside * scales)[None], kernel, frames), 1.0)[0]
-                slopes.append((moved - left) / by)
-            asked += 1
+                moved = level_courses((beside * scales)[None], kernel, frames)[0]
+                slopes.append(change * (moved - here) / by)
             curvature = [[float(a @ b) for a in slopes] for b in slopes]
             down = [float(a @ left) for a in slopes]
         else:
@@ -225,7 +234,7 @@ def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
     assert left == pytest.approx(wanted_left, rel=1e-6)
     np.testing.assert_allclose(shape, wanted_shape, atol=1e-6)
     assert len(asked) == many
-    assert set(asked) <= {1, 4}
+    assert set(asked) == {1}
 
 
 def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
@@ -241,7 +250,7 @@ def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
     assert asked.count(1) == 3
 
 
-def test_many_starts_lead_where_each_leads_alone_with_fewer_calls():
+def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
     rng = np.random.default_rng(7)
     (wanted,) = level_courses(np.array([[0.6, 22.3, 51.7, 9.4]]), ramp, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, 8.0), []
@@ -256,13 +265,24 @@ def test_many_starts_lead_where_each_leads_alone_with_fewer_calls():
         (Level(0.6, 22.0, 50.0, 9.0), filtered, 1.0),
         (Level(0.5, 24.0, 50.0, 7.0), ramp, 3.0),
     ]
-    together = all_fitted(starts, FRAMES, noted)
+    together = all_fitted(starts, FRAMES, same, noted)
     calls, courses = len(asked), sum(asked)
     asked.clear()
-    for (shape, left), (start, kernel, coarsest) in zip(together, starts, strict=True):
-        alone, least = fitted(start, kernel, FRAMES, noted, coarsest)
-        assert left == least
-        np.testing.assert_array_equal(shape, alone)
-    assert sum(asked) == courses
+    alone = [fitted(start, kernel, FRAMES, noted, wider) for start, kernel, wider in starts]
+    for (_, left), (_, least) in zip(together, alone, strict=True):
+        assert left >= least
+    best, least = (min(found, key=lambda f: f[1]) for found in (together, alone))
+    assert best[1] == least[1]
+    np.testing.assert_array_equal(best[0], least[0])
+    assert courses < sum(asked)
     assert calls < 0.7 * len(asked)
-    assert all_fitted([], FRAMES, of) == []
+    assert all_fitted([], FRAMES, same, of) == []
+
+
+def test_a_fit_far_behind_the_best_is_given_up():
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    starts = [Level(0.55, 23.0, 50.0, 8.0), Level(-0.4, 60.0, 75.0, 3.0)]
+    of = residuals_of(wanted, cap=3.0)
+    best, behind = all_fitted([(start, ramp, 1.0) for start in starts], FRAMES, same, of)
+    assert best[1] < 0.1
+    assert behind[1] > 50.0

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.soft_errors.departures import bridge, spans
+from twistcore.detection.soft_errors.departures import bridges, spans
 from twistcore.detection.soft_errors.natural_scale import (
     cost,
     fitted_share,
@@ -218,7 +218,8 @@ def plain_bridge(level, start, stop, reach):
 @pytest.mark.parametrize("reach", [1, 2, 5])
 def test_a_bridge_at_a_clips_ends_has_the_slopes_that_are_left(start, stop, reach):
     level = np.random.default_rng(4).standard_normal((2, 100)).cumsum(axis=1)
-    found = bridge(level, start, stop, reach)
+    ranges = np.array([[start, stop]] * 2)
+    found = bridges(level, ranges, slice(start, stop), reach)
     for row in range(2):
         np.testing.assert_allclose(found[row], plain_bridge(level[row], start, stop, reach))
 
@@ -408,7 +409,12 @@ def test_a_free_offset_leaves_u_its_bridge(fps):
             v[start:stop] - plain_bridge(v, start, stop, s.spans[0].reach)
             for v in (level_x, level_y)
         )
-        found, spread = s.free_offset(row, start, stop)
-        np.testing.assert_allclose(found, dx - beta * (dx + dy), atol=1e-10)
-        assert spread == pytest.approx(sigma)
-        assert s.scale(row, start, stop) == pytest.approx((beta, sigma))
+        ranges = np.array([[start, stop], [60, 70]])
+        low, high = min(start, 60), max(stop, 70)
+        found, spread = s.free_offsets(row, ranges, low, high)
+        wanted = np.zeros(high - low)
+        wanted[start - low : stop - low] = dx - beta * (dx + dy)
+        np.testing.assert_allclose(found[0], wanted, atol=1e-10)
+        assert not found[1, : 60 - low].any()
+        assert spread[0] == pytest.approx(sigma)
+        assert [v[0] for v in s.scales(row, ranges)] == pytest.approx([beta, sigma])

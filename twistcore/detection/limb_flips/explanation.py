@@ -216,7 +216,10 @@ def _log_density(angle: Array, weight: Array) -> Density:
 
 
 def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
-    """Return the steps with all possible runs, sorted by target, without evidence about the side."""
+    """Return the steps with all possible runs, sorted by target.
+
+    The evidence about the side is not included.
+    """
     out = []
     for k, last in enumerate(jumps):
         followed: list[Jump] = []

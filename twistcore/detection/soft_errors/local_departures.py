@@ -117,8 +117,8 @@ class LocalDepartures:
     def surprise(self, departures: Single, wider: float = 1.0) -> Array:
         """Return the surprise, in nats, that is left after the removal of m offsets, (m,).
 
-        `departures` contains the departures of the offsets, shape (m, 3, n). `wider` is the factor by
-        which all scales are multiplied.
+        `departures` contains the departures of the offsets, shape (m, 3, n). `wider` is the factor
+        by which all scales are multiplied.
         """
         q = (self.u - departures) * (self.per_scale / np.float32(wider))
         q *= q
@@ -153,8 +153,8 @@ class LocalDepartures:
     def sizes(self, departures: Single, wider: float = 1.0) -> Array:
         """Return the factors by which m offsets must be multiplied to explain u best, (m,).
 
-        `departures` contains the departures of these offsets, shape (m, 3, n). `wider` is the factor
-        by which all scales are multiplied.
+        `departures` contains the departures of these offsets, shape (m, 3, n). `wider` is the
+        factor by which all scales are multiplied.
         """
         scaled = self.per_scale / np.float32(wider)
         by, of = (
@@ -176,7 +176,10 @@ class LocalDepartures:
 
 
 def _costs(square: Single) -> Single:
-    """Return the costs of departures, see :func:`natural_scale.cost`, from squares of q = z/√(ν+1)."""
+    """Return the costs of departures, in nats, from the squares of q = z / √(ν + 1).
+
+    See :func:`natural_scale.cost`.
+    """
     costs: Single = np.log1p(square)
     costs *= HALF
     return np.minimum(costs, np.float32(CAP), out=costs)

@@ -70,8 +70,8 @@ def filtered(t: Array) -> Array:
     difference from 0 or 1 is below 1e-8 and is left out.
     """
     away = np.abs(t)
-    out = (t >= 0.0).astype(np.float64)
-    near = away < FAR
+    out = np.array(t >= 0.0, dtype=np.float64)
+    near = np.asarray(away < FAR)
     decay = _DECAY * away[near]
     rest = 0.5 * np.exp(-decay) * np.cos(decay)
     out[near] = np.where(t[near] < 0.0, rest, 1.0 - rest)
@@ -113,9 +113,10 @@ def all_fitted(
     widened at first. Each course has the shape (frames,).
 
     The fit uses Levenberg-Marquardt steps, for all starts together. The derivatives of the courses
-    with respect to the four numbers are computed numerically. Far from the best course, all residuals have
-    their largest value, and no step improves the fit. The scales are therefore widened at first and
-    then narrowed step by step.
+    with respect to the four numbers are computed numerically. Far from the best course, all
+    residuals have their largest value, and no step improves the fit. The scales are therefore
+    widened at first and then narrowed step by step. A fit that is far behind the best one is given
+    up.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents

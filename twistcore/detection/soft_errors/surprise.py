@@ -241,14 +241,14 @@ class Surprise:
         )
 
     def free_offsets(self, row: int, ranges: Index, low: int, high: int) -> tuple[Array, Array]:
-        """Return the offsets whose removal makes u follow its bridge over frame ranges, and their σ.
+        """Return offsets whose removal makes u follow its bridge over frame ranges, and their σ.
 
         Parameters
         ----------
         row
             The row of the chain.
         ranges
-            The frame ranges [start, stop), (n, 2), with at least a frame of the clip on either side.
+            The frame ranges [start, stop), (n, 2), with at least one frame on either side.
         low, high
             The frames of the result, which contain all ranges.
 
