@@ -61,9 +61,8 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def corrected_motion(self) -> Motion:
-        """Return the motion after all automatic corrections."""
-        frames = self.corrected()
-        return self.motion if frames is None else frames(0, self.motion.frames)
+        """Return the motion after all automatic corrections. It is computed only once."""
+        return self.once(_corrected)
 
     def joint_of(self, interval: Interval) -> int:
         """Return the index of an interval's joint.
@@ -81,6 +80,11 @@ class KindSearch:
             self._kept.setdefault(work, work(self))
         known: Known = self._kept[work]
         return known
+
+
+def _corrected(search: KindSearch) -> Motion:
+    frames = search.corrected()
+    return search.motion if frames is None else frames(0, search.motion.frames)
 
 
 Finder = Callable[[KindSearch], Found]

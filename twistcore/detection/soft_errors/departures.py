@@ -10,12 +10,17 @@ begins. Natural motion departs little, and less over shorter spans.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
+
+Single: TypeAlias = NDArray[np.float32]
+Values: TypeAlias = NDArray[np.floating[Any]]  # of single or double precision
 
 # Spans in seconds, each about 4/3 to 3/2 of the previous one: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))

@@ -9,18 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.detection.prediction import FLOOR, Index
-from twistcore.detection.soft_errors.departures import PROBES, SpanGrid
+from twistcore.detection.soft_errors.departures import PROBES, Single, SpanGrid
 from twistcore.detection.soft_errors.natural_scale import CAP, NU
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
-
-Single: TypeAlias = NDArray[np.float32]
 
 SIZING = 6  # rounds of reweighting in the fit of a size
 HALF = 0.5 * (NU + 2.0)  # factor of the logarithm in the cost of a departure
@@ -45,8 +41,8 @@ class SpanDepartures:
 
     span: SpanGrid
     first: int
-    u: Array
-    spread: Array
+    u: Single
+    spread: Single
     weight: Array
 
 

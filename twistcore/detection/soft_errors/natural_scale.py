@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Mask
-from twistcore.detection.soft_errors.departures import SpanGrid
+from twistcore.detection.soft_errors.departures import Single, SpanGrid, Values
 from twistcore.skeleton.medians import quantiles
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
@@ -33,7 +33,7 @@ ROUNDED = 0.29  # σ of a level due to rounding, in rounding steps of the angles
 CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
-def cost(z: Array, cap: float = CAP) -> Array:
+def cost(z: Values, cap: float = CAP) -> Values:
     """Return the costs of departures of z σ in nats, at most `cap`.
 
     The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
@@ -52,13 +52,14 @@ class Natural:
     beta
         β of each chain, shape (chains,).
     sigma, sigma_sum
-        The scales of the departures of u and of x + y, radians, (probes, chains, positions).
+        The scales of the departures of u and of x + y, radians, (probes, chains, positions), in
+        single precision to save memory.
     """
 
     span: SpanGrid
     beta: Array
-    sigma: Array
-    sigma_sum: Array
+    sigma: Single
+    sigma_sum: Single
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Return the departures of u and x + y, given those of x and y.
@@ -139,7 +140,7 @@ def natural_scales(
             least = step * ROUNDED * span.noise()[:, None]
             sigma = np.maximum(sigma, (least * np.hypot(beta, 1.0 - beta))[..., None])
             sigma_sum = np.maximum(sigma_sum, math.sqrt(2.0) * least[..., None])
-        found.append(Natural(span, beta, sigma, sigma_sum))
+        found.append(Natural(span, beta, sigma.astype(np.float32), sigma_sum.astype(np.float32)))
     return found
 
 

@@ -9,14 +9,13 @@ the first and of the last transition, and the duration of a transition.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from twistcore.detection.soft_errors.departures import Values
 from twistcore.skeleton.rotation import Array
 
-Values: TypeAlias = NDArray[np.floating[Any]]  # departures and residuals may have single precision
 # A function for the shape of a transition from 0 to 1 around time 0.
 Kernel: TypeAlias = Callable[[Array], Array]
 # A linear function that returns the departures (n, …) of courses (n, frames).

@@ -14,7 +14,7 @@ import numpy as np
 
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Index, Mask
-from twistcore.detection.soft_errors.departures import PROBES, SpanGrid, bridges, spans
+from twistcore.detection.soft_errors.departures import PROBES, Single, SpanGrid, bridges, spans
 from twistcore.detection.soft_errors.local_departures import (
     LocalDepartures,
     SpanDepartures,
@@ -40,7 +40,7 @@ LONGEST = 2.0  # spans of at most this multiple of a frame range's length are us
 
 @dataclass(eq=False)
 class _AtSpan:
-    """The departures over the spans of one length.
+    """The departures over the spans of one length, in single precision to save memory.
 
     Attributes
     ----------
@@ -55,9 +55,9 @@ class _AtSpan:
     """
 
     natural: Natural
-    u: Array
-    spread: Array
-    total: Array
+    u: Single
+    spread: Single
+    total: Single
     usable: Mask
 
 
@@ -139,7 +139,10 @@ class Surprise:
             u, total = n.rest(n.span.departures(level_x), n.span.departures(level_y))
             first = n.span.step * np.arange(u.shape[-1])
             usable = across[first + n.span.support] == across[first + 1]
-            self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
+            spread = n.spread(total).astype(np.float32)
+            self.at.append(
+                _AtSpan(n, u.astype(np.float32), spread, total.astype(np.float32), usable)
+            )
         grids = [n.span for n in natural]
         counts = [n.sigma.shape[-1] for n in natural]
         self._grids = np.array(
