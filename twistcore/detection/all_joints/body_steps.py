@@ -221,8 +221,12 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
 def _steps(rotations: Array) -> Array:
     """Return the turn of each joint since the previous frame, in degrees, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
-    cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
-    step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
+    turn = step[1:]  # all in place, because the arrays of a long clip are large
+    np.einsum("tji,tji->tj", rotations[1:], rotations[:-1], out=turn)
+    np.minimum(np.abs(turn, out=turn), 1.0, out=turn)
+    np.arccos(turn, out=turn)
+    turn *= 2.0
+    np.degrees(turn, out=turn)
     return step
 
 
