@@ -11,7 +11,7 @@ from tests.messages import numbers
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.noise_bursts import noise_bursts, noise_near
+from twistcore.detection.noise_bursts import noise_bursts, noise_curve, noise_near
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.notes import NOISE
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle
@@ -21,10 +21,10 @@ ARM, HAND = WALK.skeleton.index("LeftArm"), WALK.skeleton.index("LeftForeArm")
 START, STOP = 120, 260
 
 
-def noisy(*joints, size=0.08, motion=WALK):
+def noisy(*joints, size=0.08, motion=WALK, stop=STOP):
     rng = np.random.default_rng(3)
-    rotations, at = motion.rotations.copy(), slice(START, STOP)
-    noise = rng.normal(0.0, size, (STOP - START, len(joints), 4))
+    rotations, at = motion.rotations.copy(), slice(START, stop)
+    noise = rng.normal(0.0, size, (stop - START, len(joints), 4))
     rotations[at, list(joints)] = normalise(rotations[at, list(joints)] + noise)
     return motion.with_rotations(rotations)
 
@@ -94,9 +94,19 @@ def test_frames_that_are_held_are_no_noise(name):
 def test_a_burst_in_held_frames_has_the_frames_of_the_clip():
     noise = at_rate(noisy(ARM), 60.0)
     held = noise.with_rotations(np.repeat(noise.rotations[::2], 2, axis=0)[: noise.frames])
+    kept = replace(noise, rotations=noise.rotations[::2], positions=noise.positions[::2])
     (burst,) = noise_bursts(held)
+    (once,) = noise_bursts(replace(kept, frame_time=2.0 * noise.frame_time))
+    assert (burst.start, burst.stop) == (2 * once.start, 2 * once.stop)
     assert abs(burst.start - START // 2) <= 4
     assert abs(burst.stop - STOP // 2) <= 4
+
+
+def test_a_quarter_of_a_second_of_noise_is_no_burst():
+    short = noisy(ARM, stop=START + 30)
+    assert noise_bursts(short) == ()
+    curve, least = noise_curve(short, ARM)
+    assert curve.max() < least
 
 
 def test_noise_of_one_person_leaves_another_in_peace():

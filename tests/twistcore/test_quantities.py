@@ -123,6 +123,8 @@ def test_limits_and_numbers_are_those_of_the_search():
     ((helper, own),) = curves_of(helper_roll(), Kind.HELPER_ROLL)
     jump = own.values[helper.start] - own.values[helper.start - 1]
     assert jump == pytest.approx(helper.evidence["opens_deg"], abs=1e-6)
+    jump = own.values[helper.stop] - own.values[helper.stop - 1]
+    assert jump == pytest.approx(helper.evidence["closes_deg"], abs=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [9.0, 11.0, 14.0, 40.0])

@@ -339,6 +339,17 @@ def test_what_goes_wrong_in_a_detector_names_it(spoilt, fact):
         tc.detect(tc.read_clip(KICK), method=Plain(**spoilt))
 
 
+def test_a_whole_clip_and_the_largest_tau_are_no_fault_of_a_detector():
+    clip = tc.read_clip(KICK)
+    frames = clip.motion.frames
+
+    def whole(chain, _tau):
+        return [Interval(chain, 0, frames, np.ones(frames))]
+
+    found = tc.detect(clip, method=Plain(found=whole, tau=np.pi), kinds="counter-twist")
+    assert {(i.start, i.stop) for i in found} == {(0, frames)}
+
+
 def test_want_of_memory_is_no_fault_of_a_detector():
     def too_much(*_):
         raise MemoryError
