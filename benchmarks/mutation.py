@@ -115,7 +115,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "straight_limbs",
     ),
     "twistcore/detection/twist_increments.py": ("lines_of_chains",),
-    "twistcore/export/compare.py": ("clean", "report_difference"),
+    "twistcore/export/compare.py": ("compare", "clean", "report_difference"),
     "twistcore/review": (
         "review_model",
         "review_steps",
