@@ -139,11 +139,11 @@ def test_a_place_that_jumps_is_found():
     assert severity(analyse(motion).detect()) > 0.0
 
 
-def stepping(frame):
+def stepping(frame, degrees=8.0):
     """A third of the joints and more turn by some degrees from a frame on, which stays."""
     motion = WALK
     for joint in NAMES[1::2]:
-        motion = turned(motion, joint, frame, motion.frames, 8.0)
+        motion = turned(motion, joint, frame, motion.frames, degrees)
     return motion
 
 

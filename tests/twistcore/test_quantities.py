@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import twistcore as tc
+from benchmarks.notation import kept
 from tests.twistcore.test_all_joints import at_30_hz, stepping, turned
 from tests.twistcore.test_backward_bends import bent
 from tests.twistcore.test_noise_bursts import ARM, noisy
+from tests.twistcore.test_notation import KEYS5
 from tests.twistcore.test_strangers import UNREAL, rolled
 from tests.twistcore.test_stretches import turned as turned_about_bone
 from tests.twistcore.test_turned_ends import flipped
@@ -19,6 +21,8 @@ from twistcore.detection.interval import Interval
 from twistcore.detection.kind import KindInfo
 from twistcore.detection.quantity import quantity_of
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.clip import rewritten
 
 WALK = tc.read_clip("assets/walk.bvh").motion
 
@@ -142,6 +146,17 @@ def test_frames_that_are_held_have_the_value_of_their_own_frame():
     assert (interval.start, interval.stop) == (160, 164)
     assert len(quantity.values) == spike.frames
     np.testing.assert_allclose(quantity.values[160:164], math.degrees(interval.size))
+
+
+def test_between_linear_keys_a_curve_has_the_value_of_the_change_to_the_next_key():
+    clip = tc.read_clip("assets/walk.bvh")
+    stepped = parse_bvh(rewritten(clip, stepping(150, 30.0)).data, clip.path)
+    keyed = KEYS5.written(kept(stepped, KEYS5), KEYS5.repeats(WALK.fps)[1]).motion
+    ((interval, quantity),) = curves_of(keyed, Kind.BODY_STEP)
+    assert (interval.start, interval.stop) == (146, 151)
+    np.testing.assert_allclose(quantity.values[146:151], math.degrees(interval.size))
+    assert (quantity.values[146:151] > quantity.limit[146:151]).all()
+    assert (quantity.values[141:146] < quantity.limit[141:146]).all()
 
 
 def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval():
