@@ -159,10 +159,30 @@ def test_between_linear_keys_a_curve_has_the_value_of_the_change_to_the_next_key
     assert (quantity.values[141:146] < quantity.limit[141:146]).all()
 
 
-def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval():
-    ((interval, quantity),) = curves_of(MOTIONS[Kind.SPIKE](), Kind.SPIKE)
-    assert np.isnan(quantity.values[:4]).all()
-    assert np.isfinite(quantity.values[interval.start : interval.stop]).all()
+@pytest.mark.parametrize(
+    ("kind", "curve", "around"),
+    [
+        (Kind.SPIKE, "values", 3),
+        (Kind.JOINT_JUMP, "values", 0),
+        (Kind.PLACE_JUMP, "values", 2),
+        (Kind.BODY_STEP, "values", 0),
+        (Kind.BODY_STEP, "limit", 1),
+    ],
+)
+def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval(kind, curve, around):
+    cut, frames = 200, WALK.frames
+    left_out = {*range(5), *range(cut - around, cut + around + 1), *range(frames - 4, frames)}
+    search = analyse(stepping(100).at(np.r_[0:cut, 60 : frames - cut + 60])).search(DEFAULT_METHOD)
+    for start in (100, 2, cut):
+        step = Interval("LeftArm", start, start + 1, np.zeros(1), kind=kind, joint="Hips")
+        if (quantity := quantity_of(search, step)) is not None:
+            left_out = {
+                *range(5),
+                *range(cut - around, cut + around + 1),
+                *range(frames - 4, frames),
+            }
+            found = np.flatnonzero(np.isnan(getattr(quantity, curve)))
+            assert set(found.tolist()) == left_out - {start}
 
 
 @pytest.mark.parametrize("edges", [(0, 3), (340, 344), (0, 344), (100, 160)])
