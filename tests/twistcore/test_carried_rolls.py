@@ -97,6 +97,8 @@ def test_at_an_edge_the_motion_before_and_after_it_is_subtracted():
     for name, sign in (("x", 1.0), ("azimuth_turns", -1.0), ("roll_turns", 1.0)):
         turns[name][20:24], turns[name][24:30] = 5.0 * sign, 0.0
     assert is_carried(signals, grows)
+    signals.roll_turns[24:26] = 10.0, -10.0  # after the largest offset
+    assert is_carried(signals, grows)
     signals.roll_turns[22:24] = 0.0  # C rolls along up to half of the largest offset only
     assert not is_carried(signals, grows)
 
