@@ -29,7 +29,9 @@ def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
     assert bad(error) == pytest.approx(30.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.25)) == pytest.approx(15.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.0)) == 0.0
-    assert bad(replace(error, chain="LeftForeArm")) == pytest.approx(0.7 * bad(error))
+    assert bad(replace(error, chain="LeftUpLeg")) == bad(error)
+    for chain in ("LeftShoulder", "LeftForeArm", "LeftLeg"):
+        assert bad(replace(error, chain=chain)) == pytest.approx(0.7 * bad(error))
     assert bad(error, error) == pytest.approx(math.sqrt(2.0) * bad(error))
     assert bad() == bad(frames=0) == 0.0
 
