@@ -207,6 +207,14 @@ def test_each_kind_of_evidence_against_a_correction_has_words_of_its_own(segment
         assert number in said[term]
 
 
+def test_the_strongest_doubt_is_the_first():
+    for rate, seconds, first in ((9.0, 1.3, "a second"), (0.6, 60.0, "lasts")):
+        against = replace(PLAIN, rate=rate, seconds=seconds, together=4.0)
+        doubts = judgement_of(against, "Arm").doubts
+        assert len(doubts) == 3
+        assert first in doubts[0]
+
+
 def test_between_the_pieces_of_a_bone_no_joint_is_named():
     chain = replace(CHAINS["LeftArm"], ends=False, grandchild=-1)
     motion, find = twisted(CHAINS["LeftArm"], 20.0)
