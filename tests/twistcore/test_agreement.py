@@ -287,6 +287,8 @@ def test_the_document_names_both_sides(sessions, capsys):
     assert (found["decided_by_both"], found["alike"], found["merged"]) == (5, 3, None)
     inserted = found["differences"][-1]
     assert (inserted["a"], inserted["b"]["start"]) == (None, 300)
+    sides = [side for one in found["differences"] for side in (one["a"], one["b"]) if side]
+    assert {side["kind"] for side in sides} == {"counter-twist"}
     assert main(["diff", str(sessions[0]), str(sessions[0]), "--json"]) == 0
     same = json.loads(capsys.readouterr().out)
     assert (same["percent"], same["kappa"], same["differences"]) == (100.0, 1.0, [])
