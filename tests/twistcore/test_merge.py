@@ -55,7 +55,9 @@ def test_merged_shards_are_the_folder_of_one_run(tmp_path, capsys):
     assert corrected(out) == corrected(tmp_path / "whole")
     assert [(part / FILE).read_bytes() for part in parts] == before
     assert run(folder, out, **REFINE).known == len(rows(out)) - 1  # nothing is done again
-    merge(parts, out)  # twice is as once
+    again = merge(parts, out)  # twice is as once
+    assert (again.done, again.waiting, len(again.failed)) == (len(rows(out)) - 1, 0, 1)
+    assert again.problems == []
     assert results(out) == results(tmp_path / "whole")
 
 

@@ -197,12 +197,18 @@ def test_an_interval_of_any_length_by_hand_has_a_curve_or_none(edges):
         assert quantity is None or len(quantity.values) == WALK.frames
 
 
-def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual():
-    motion = turned_about_bone("LeftFoot", 170.0, 60, 200).sliced(0, 260)
+@pytest.mark.parametrize("other", [0.0, 90.0])
+def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual(other):
+    """With the rest pose, or with the rest of the clip if the other foot never has this roll."""
+    motion = turned_about_bone("LeftFoot", 170.0, 60, 200)
+    rotations, right = motion.rotations.copy(), WALK.skeleton.index("RightFoot")
+    both = turned_about_bone("RightFoot", other, 0, WALK.frames)
+    rotations[:, right] = both.rotations[:, right]
+    search = analyse(motion.with_rotations(rotations).sliced(0, 260)).search(DEFAULT_METHOD)
     foot = Interval(
         "LeftLeg", 60, 200, np.ones(140), kind=Kind.STRETCH, joint="LeftFoot", residual=3.0
     )
-    quantity = quantity_of(analyse(motion).search(DEFAULT_METHOD), foot)
+    quantity = quantity_of(search, foot)
     outside, inside = np.delete(quantity.values, slice(60, 200)), quantity.values[60:200]
     assert abs(np.nanmean(outside)) < 10.0
     assert abs(np.nanmean(inside)) == pytest.approx(170.0, abs=25.0)
