@@ -125,6 +125,7 @@ def test_limits_and_numbers_are_those_of_the_search():
     mean = np.nanmean(roll.values[stretch.start : stretch.stop])
     assert mean == pytest.approx(stretch.evidence["roll_deg"], abs=0.5)
     ((helper, own),) = curves_of(helper_roll(), Kind.HELPER_ROLL)
+    assert helper.confidence is None  # it was not measured for this kind
     jump = own.values[helper.start] - own.values[helper.start - 1]
     assert jump == pytest.approx(helper.evidence["opens_deg"], abs=1e-6)
     jump = own.values[helper.stop] - own.values[helper.stop - 1]
