@@ -235,11 +235,21 @@ def test_a_merged_review_decides_nothing_by_itself():
     assert both.find(3).note == (
         "Ada: accepted 305–323 +152.5°; Ben: rejected 305–323 +152.5°, motion, natural"
     )
+    open_again = both.find(3)
+    assert (open_again.reviewer, open_again.decided_at, open_again.reason) == ("", "", "")
     assert both.find(9).by_hand
     assert both.find(9).interval.start == 300
     assert both.find(8).note == ""
     other = merged_review(Agreement(pair_intervals(BEN.intervals, ADA.intervals)), BEN)
     assert {j.id: j.decision for j in other.intervals} == {j.id: j.decision for j in both.intervals}
+
+
+def test_a_note_on_what_only_one_review_has_is_kept_as_it_is():
+    noted = Annotate(1, "look again").apply(START)
+    fewer = START.with_intervals(START.intervals[1:])
+    for mine, theirs in ((noted, fewer), (noted, START), (START, noted)):
+        found = Agreement(pair_intervals(mine.intervals, theirs.intervals))
+        assert merged_review(found, mine).find(1).note == "look again"
 
 
 @pytest.fixture
@@ -277,6 +287,8 @@ def test_the_document_names_both_sides(sessions, capsys):
     assert (found["decided_by_both"], found["alike"], found["merged"]) == (5, 3, None)
     inserted = found["differences"][-1]
     assert (inserted["a"], inserted["b"]["start"]) == (None, 300)
+    sides = [side for one in found["differences"] for side in (one["a"], one["b"]) if side]
+    assert {side["kind"] for side in sides} == {"counter-twist"}
     assert main(["diff", str(sessions[0]), str(sessions[0]), "--json"]) == 0
     same = json.loads(capsys.readouterr().out)
     assert (same["percent"], same["kappa"], same["differences"]) == (100.0, 1.0, [])

@@ -75,6 +75,13 @@ def test_a_spike_of_any_joint_is_one_find_of_its_own(joint, length):
     assert finds(motion) == [("spike", joint, 150, 150 + length)]
 
 
+@pytest.mark.parametrize("frames", [12, 17, 22])
+def test_a_short_clip_is_compared_with_the_frames_that_it_has(frames):
+    start = 150 - frames // 2
+    motion = turned(WALK, "Neck", 150, 151, 40.0).sliced(start, start + frames)
+    assert finds(motion) == [("spike", "Neck", frames // 2, frames // 2 + 1)]
+
+
 def test_its_angle_is_how_far_it_is_off_and_nothing_is_corrected():
     found = analyse(turned(WALK, "Neck", 150, 152, 40.0)).detect()
     (spike,) = found
@@ -132,11 +139,11 @@ def test_a_place_that_jumps_is_found():
     assert severity(analyse(motion).detect()) > 0.0
 
 
-def stepping(frame):
+def stepping(frame, degrees=8.0):
     """A third of the joints and more turn by some degrees from a frame on, which stays."""
     motion = WALK
     for joint in NAMES[1::2]:
-        motion = turned(motion, joint, frame, motion.frames, 8.0)
+        motion = turned(motion, joint, frame, motion.frames, degrees)
     return motion
 
 

@@ -29,7 +29,9 @@ def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
     assert bad(error) == pytest.approx(30.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.25)) == pytest.approx(15.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.0)) == 0.0
-    assert bad(replace(error, chain="LeftForeArm")) == pytest.approx(0.7 * bad(error))
+    assert bad(replace(error, chain="LeftUpLeg")) == bad(error)
+    for chain in ("LeftShoulder", "LeftForeArm", "LeftLeg"):
+        assert bad(replace(error, chain=chain)) == pytest.approx(0.7 * bad(error))
     assert bad(error, error) == pytest.approx(math.sqrt(2.0) * bad(error))
     assert bad() == bad(frames=0) == 0.0
 
@@ -37,6 +39,19 @@ def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
 def test_a_find_left_to_a_person_counts_as_it_is_sure():
     error = constant_interval("LeftArm", 10, 20, 0.5)
     assert bad(replace(error, open=True)) == bad(error)
+
+
+def test_what_moves_counts_by_how_far_and_what_turns_by_how_much_hangs_on_it():
+    def found(kind, degrees=0.0, **evidence):
+        turn, explain = np.radians(degrees), evidence and (lambda: evidence)
+        return Interval("LeftLeg", 30, 31, np.zeros(1), residual=turn, kind=kind, explain=explain)
+
+    moved = [bad(found(Kind.PLACE_JUMP, way_percent=way)) for way in (35.0, 7.0)]
+    assert moved == pytest.approx([4.5, math.degrees(math.atan(0.2)) / 10.0])  # 45° at 35 %
+    assert bad(found(Kind.PLACE_JUMP)) == bad(found(Kind.PLACE_JUMP, way_percent=0.0)) == 0.0
+    spikes = [bad(found(Kind.SPIKE, 40.0, reach=reach)) for reach in (0.07, 0.35, 0.7)]
+    assert spikes == pytest.approx([0.8, 4.0, 4.0])
+    assert bad(found(Kind.SPIKE, 40.0)) == pytest.approx(2.8)  # as the segment of its chain
 
 
 def test_jumps_that_nothing_takes_out_make_a_clip_bad():

@@ -1,6 +1,7 @@
 """Carried rolls: P rolls, C's bone stays, C rolls along; found and repaired."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.carried_rolls import bent_frames
+from twistcore.detection.carried_rolls import bent_frames, is_carried
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis import InjectedError, inject
@@ -78,6 +79,28 @@ def test_a_counter_twist_in_the_same_frames_is_no_carried_roll():
     twist = InjectedError(error.chain, error.start, error.stop, error.offset)
     kinds = {i.kind for i in tc.detect(with_error(twist), "LeftArm")}
     assert kinds == {tc.Kind.COUNTER_TWIST}
+
+
+def test_at_an_edge_the_motion_before_and_after_it_is_subtracted():
+    turns = {name: np.zeros(40) for name in ("x", "azimuth_turns", "roll_turns")}
+    signals = SimpleNamespace(frames=40, bend=np.full(40, 60.0), **turns)
+    edges = {"edges": [{"start": 20, "stop": 21}]}
+    found = tc.Interval("LeftArm", 20, 30, np.ones(10), explain=lambda: edges)
+    signals.x[20] = signals.roll_turns[20] = 20.0
+    signals.azimuth_turns[20] = -11.0
+    assert not is_carried(signals, found)
+    for beyond in (slice(0, 20), slice(21, 40)):
+        signals.azimuth_turns[beyond] = 18.0  # so that 9 of the 11 degrees are motion
+        assert is_carried(signals, found)
+        signals.azimuth_turns[beyond] = 0.0
+    grows = replace(found, explain=None, offset=np.minimum(np.arange(1.0, 11.0), 4.0))
+    for name, sign in (("x", 1.0), ("azimuth_turns", -1.0), ("roll_turns", 1.0)):
+        turns[name][20:24], turns[name][24:30] = 5.0 * sign, 0.0
+    assert is_carried(signals, grows)
+    signals.roll_turns[24:26] = 10.0, -10.0  # after the largest offset
+    assert is_carried(signals, grows)
+    signals.roll_turns[22:24] = 0.0  # C rolls along up to half of the largest offset only
+    assert not is_carried(signals, grows)
 
 
 def test_a_sound_clip_has_none():

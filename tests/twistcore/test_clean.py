@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.twistcore import amc_files
 from tests.twistcore.amass_files import write_amass
 from tests.twistcore.strategies import orders
 from tests.twistcore.test_cli import run, run_json
@@ -362,6 +363,25 @@ def test_the_command_lists_and_measures_what_it_changed(capsys, tmp_path):
     assert (code, err) == (0, "")
     assert all(word in printed for word in ("LeftArm", str(change["numbers"]), "read again"))
     assert read_bvh(out).channels[read_bvh(WALK).skeleton.index("LeftArm")].order == "XYZ"
+
+
+def test_axes_and_units_are_listed_by_their_options(capsys, tmp_path):
+    out = tmp_path / "o.bvh"
+    code, document = run_json(capsys, "clean", WALK, "-o", out, "--up", "z", "--scale", "2")
+    assert (code, [*dict.fromkeys(c["option"] for c in document["changes"])]) == (
+        0,
+        ["up", "scale"],
+    )
+    before, after = (forward_kinematics(read_bvh(path).motion)[1] for path in (WALK, out))
+    np.testing.assert_allclose(after, 2.0 * before[..., [0, 2, 1]] * (1, -1, 1), atol=1e-6)
+
+
+def test_a_name_in_an_unknown_encoding_is_written_as_it_is(capsys, tmp_path):
+    poses, out = amc_files.written(tmp_path, False), tmp_path / "o.bvh"
+    for file in (poses, *tmp_path.glob("*.asf")):
+        file.write_bytes(file.read_bytes().replace(b"lhand", b"m\xe8in"))
+    assert run(capsys, "clean", poses, "-o", out, "--unroll")[0] == 0
+    assert b"JOINT m\xe8in\n" in out.read_bytes()
 
 
 def test_nothing_to_change_writes_the_same_bytes(capsys, tmp_path):

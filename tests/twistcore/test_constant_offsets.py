@@ -18,7 +18,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, twist_angle, wrap
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = {c.name: c for c in find_chains(WALK)}
@@ -128,6 +128,41 @@ def test_another_take_shows_the_bone_and_the_angle(name, degrees):
     assert (found.chain.name, found.reference) == (name, "take")
     assert abs(wrap(np.radians(found.degrees - degrees))) < np.radians(1.0)
     assert str(found).endswith("compared with take.")
+
+
+@pytest.mark.parametrize("extra", [-40.0, 40.0])
+def test_poses_of_takes_may_differ_by_less_than_the_offset(extra):
+    """The less steady joint then has less weight."""
+    arm, motion = CHAINS["LeftArm"], offset_by("LeftArm", 90.0)
+    rotations = motion.rotations.copy()
+    roll = quaternion_from_axis_angle(arm.axis, np.radians(-extra))
+    rotations[:, arm.child] = multiply(roll, rotations[:, arm.child])
+    chains = tuple(CHAINS.values())
+    (found,) = offsets_from(motion.with_rotations(rotations), chains, OTHER, "take")
+    assert found.chain is arm
+    assert min(90.0, 90.0 + extra) < found.degrees < max(90.0, 90.0 + extra)
+    assert abs(found.degrees - 90.0) < abs(extra) / 2.0  # the upper arm is steadier
+
+
+@pytest.mark.parametrize("frame", [7, 63, 91])
+def test_of_two_held_poses_both_joints_count_alike(frame):
+    """Where no joint moves, an error of rounding must not weigh one against the other."""
+    chains, take = tuple(CHAINS.values()), WALK.at(np.full(77, frame + 50))
+    names = []
+    for chain in chains:
+        offset = {chain.name: np.full(60, np.radians(-60.0))}
+        motion = remove_twist(WALK.at(np.full(60, frame)), [chain], offset)
+        for found in offsets_from(motion, chains, take, "take"):
+            of_p, of_c = (
+                np.subtract(
+                    *(twist_angle(m.rotations[0, joint], found.chain.axis) for m in (motion, take))
+                )
+                for joint in (found.chain.parent, found.chain.child)
+            )
+            angle = np.radians(found.degrees)
+            assert wrap(angle - of_p) == pytest.approx(wrap(-of_c - angle), abs=1e-9)
+            names.append(found.chain.name)
+    assert len(set(names)) > 5
 
 
 def test_a_take_shows_the_same_error_of_both_sides():

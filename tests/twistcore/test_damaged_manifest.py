@@ -14,6 +14,7 @@ from tests.twistcore.test_batch_run import results, run
 from twistcore.batch.manifest import FILE, Manifest
 from twistcore.batch.manifest_tables import COLUMNS, expected_definitions
 from twistcore.errors import TwistError
+from twistcore.files.version import __version__
 
 PLACES = examples(200)
 DIRTY = ASSETS / "walk_injected.bvh"
@@ -80,6 +81,30 @@ def test_a_result_that_is_missing_is_told(tmp_path):
         connection.execute("DELETE FROM results")
     with pytest.raises(TwistError, match=r"the result of 'clip_00\.bvh' is missing"):
         read(tmp_path / "out")
+
+
+def test_a_clip_that_was_not_processed_has_no_version_and_no_parameters(tmp_path):
+    made(tmp_path)
+    records = {record.name: record for record in read(tmp_path / "out")[3]}
+    assert {name: record.state for name, record in records.items()} == {
+        **{f"clip_0{k}.bvh": "done" for k in range(3)},
+        "clip_03.bvh": "failed",
+        "new.bvh": "waiting",
+    }
+    for record in records.values():
+        processed = record.state != "waiting"
+        assert record.version == (__version__ if processed else "")
+        assert bool(record.parameters) == bool(record.finished_at) == processed
+        assert (record.result is not None) == (record.state == "done")
+
+
+def test_a_manifest_that_another_program_locks_is_refused_with_the_reason(tmp_path, monkeypatch):
+    monkeypatch.setattr("twistcore.batch.manifest._BUSY_S", 0.0)
+    with closing(sqlite3.connect(made(tmp_path), isolation_level=None)) as connection:
+        connection.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(TwistError, match=rf"{FILE} .*locked"):
+            read(tmp_path / "out")
+    assert read(tmp_path / "out")
 
 
 def test_manifests_of_the_first_schema_are_read_and_continued(tmp_path):

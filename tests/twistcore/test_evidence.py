@@ -20,7 +20,8 @@ from twistcore.detection.evidence import (
     terms_of,
 )
 from twistcore.detection.evidence.chain_signals import ALONG
-from twistcore.detection.evidence.judgement import WEIGHTS
+from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
+from twistcore.detection.evidence.terms import Terms
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import exponential, multiply, quaternion_from_axis_angle
@@ -140,6 +141,78 @@ def test_noise_and_the_hinge_are_told_first_and_also_where_the_score_is_low_with
     assert sum(found.terms[name] for name in WEIGHTS) < -3.0
     assert "9°" in found.doubts[0]
     assert "hinge" in found.doubts[1]
+
+
+# Evidence that is neither for nor against a correction.
+PLAIN = Terms(
+    hinged=True, for_x=0.0, for_y=0.0, for_azimuth=0.0, rougher=0.0, edge_bend=1.0,
+    off_before=0.0, off_after=0.0, side_spread=math.nan, for_side=0.0, least_bend=40.0,
+    together=2.0, rate=0.3, natural=10.0, step=25.0, seconds=0.7, quiet=1.0, silent=False,
+    noise=0.0,
+)  # fmt: skip
+E = math.e
+
+
+@pytest.mark.parametrize(
+    ("term", "changes"),
+    [
+        ("azimuth_rougher", {0.0: {"rougher": -9.0}, -1.0: {"rougher": 10.0}}),
+        ("azimuth_rougher", {-3.0: {"rougher": 40.0}}),
+        ("azimuth_rougher", {0.0: {"rougher": 10.0, "for_azimuth": 0.7}}),
+        ("azimuth_rougher", {0.0: {"rougher": 10.0, "for_side": 0.7}}),
+        ("azimuth_rougher", {0.0: {"rougher": 10.0, "edge_bend": 0.0}}),
+        ("azimuth_stays", {-1.0: {"for_azimuth": -1.2}, -3.0: {"for_azimuth": -9.0}}),
+        ("off_its_side", {-1.0: {"off_after": E - 1.0}, -1.7: {"off_after": 90.0}}),
+        ("back_to_its_side", {0.0: {"off_before": 0.4}, 1.0: {"off_before": E**1.4 - 1.0}}),
+        ("back_to_its_side", {1.6: {"off_before": 90.0}, 0.0: {"off_before": math.nan}}),
+        ("straight", {0.5: {"least_bend": 20.0}, 0.0: {"least_bend": 90.0}}),
+        ("no_azimuth", {-1.0: {"hinged": False}, 0.0: {"hinged": True}}),
+        ("both_turn_more", {-1.0: {"together": 2.0 * E}, -2.5: {"together": 99.0}}),
+        ("both_turn_less", {1.0: {"together": 2.0 / E}, 3.0: {"together": 0.0}}),
+        ("both_joints", {1.0: {"for_x": 5.0, "for_y": 9.0}, 1.5: {"for_x": 20.0, "for_y": 20.0}}),
+        ("both_joints", {-0.5: {"for_x": 9.0, "for_y": -9.0}}),
+        ("silent_joint", {0.5: {"for_x": 15.0}, 1.5: {"for_y": 99.0}, 1.0: {"silent": True}}),
+        ("often", {-1.0: {"rate": 0.3 * E}, -2.0: {"rate": 9.0}, 0.0: {"rate": None}}),
+        ("natural_size", {-1.0: {"step": 25.0 / E}, -1.6: {"step": 0.0}, 1.0: {"step": 90.0}}),
+        ("natural_size", {0.0: {"step": 25.0 / E, "natural": None}}),
+        ("natural_size", {0.5: {"step": 25.0 * E**0.5, "natural": None}}),
+        ("long", {-1.0: {"seconds": 0.7 * E}, -2.5: {"seconds": 60.0}}),
+        ("long", {-1.0: {"seconds": 2.0 * E, "silent": True}}),
+    ],
+)  # fmt: skip
+def test_each_term_grows_with_its_evidence_up_to_a_limit(term, changes):
+    assert unweighted_terms(PLAIN) == pytest.approx({**dict.fromkeys(WEIGHTS, 0.0), "base": 1.0})
+    for expected, change in changes.items():
+        assert unweighted_terms(replace(PLAIN, **change))[term] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("segment", ["Arm", ""])
+def test_each_kind_of_evidence_against_a_correction_has_words_of_its_own(segment):
+    against = {
+        "azimuth_rougher": {"rougher": 40.0},
+        "azimuth_stays": {"for_azimuth": -9.0},
+        "off_its_side": {"off_after": 90.0},
+        "no_azimuth": {"hinged": False},
+        "both_turn_more": {"together": 99.0},
+        "often": {"rate": 9.0},
+        "natural_size": {"step": 10.0, "natural": 90.0},
+        "long": {"seconds": 60.0},
+        "noise": {"noise": 9.0},
+        "small": {"step": 2.0, "natural": 0.1},
+        "off_its_hinge": {"side_spread": 1.0, "off_after": 5.0},
+    }
+    said = {t: judgement_of(replace(PLAIN, **c), segment).doubts[0] for t, c in against.items()}
+    assert len(set(said.values())) == len(against)
+    for term, number in (("both_turn_more", "99"), ("often", "9.0"), ("natural_size", "90°")):
+        assert number in said[term]
+
+
+def test_the_strongest_doubt_is_the_first():
+    for rate, seconds, first in ((9.0, 1.3, "a second"), (0.6, 60.0, "lasts")):
+        against = replace(PLAIN, rate=rate, seconds=seconds, together=4.0)
+        doubts = judgement_of(against, "Arm").doubts
+        assert len(doubts) == 3
+        assert first in doubts[0]
 
 
 def test_between_the_pieces_of_a_bone_no_joint_is_named():

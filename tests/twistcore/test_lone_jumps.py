@@ -84,6 +84,18 @@ def test_children_that_go_along_are_not_told():
     assert {i.joint for i in found} == {"LeftArm"}
 
 
+@pytest.mark.parametrize(("degrees", "listed"), [(29.0, False), (34.0, True)])
+def test_a_child_that_turns_a_little_more_than_its_parent_only_follows(degrees, listed):
+    found = jumps_of(spun("LeftForeArm", 100, 110, degrees, spun("LeftArm", 100, 110, 140.0)))
+    assert ("LeftForeArm" in {i.joint for i in found}) == listed
+
+
+def test_jumps_between_held_frames_have_the_frames_of_the_clip():
+    turned = spun("LeftFoot", 204, 260, -60.0, spun("LeftFoot", 200, 204, 150.0))
+    (jump,) = jumps_of(turned.at(np.repeat(np.arange(0, turned.frames, 4), 4)))
+    assert (jump.start, jump.stop, len(jump.offset)) == (200, 205, 5)
+
+
 def test_frames_one_after_the_other_are_one_jump_of_the_fastest():
     motion = spun("LeftFoot", 101, 344, 80.0, spun("LeftFoot", 100, 344, 120.0))
     (jump,) = jumps_of(motion)

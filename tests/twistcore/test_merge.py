@@ -55,7 +55,9 @@ def test_merged_shards_are_the_folder_of_one_run(tmp_path, capsys):
     assert corrected(out) == corrected(tmp_path / "whole")
     assert [(part / FILE).read_bytes() for part in parts] == before
     assert run(folder, out, **REFINE).known == len(rows(out)) - 1  # nothing is done again
-    merge(parts, out)  # twice is as once
+    again = merge(parts, out)  # twice is as once
+    assert (again.done, again.waiting, len(again.failed)) == (len(rows(out)) - 1, 0, 1)
+    assert again.problems == []
     assert results(out) == results(tmp_path / "whole")
 
 
@@ -80,6 +82,8 @@ def test_what_is_missing_is_told_and_done_by_the_next_run(tmp_path, capsys):
     assert f"{changed.name}: {changed} has been changed since it was written" in err
     assert f"{gone.name}: {gone} cannot be copied (No such file or directory)" in err
     assert {changed.name, gone.name}.isdisjoint(corrected(out))
+    listed = {row.corrected.removeprefix("corrected/") for row in rows(out).values()}
+    assert listed == {"", *corrected(out)}
     assert run(folder, out, **REFINE).done == 2
     run(folder, tmp_path / "whole", **REFINE)
     assert corrected(out) == corrected(tmp_path / "whole")
@@ -98,6 +102,8 @@ def test_the_latest_result_of_a_clip_counts(tmp_path):
         out = tmp_path / f"out{k}"
         merge([tmp_path / name for name in order], out)
         assert results(out) == results(tmp_path / "new")
+    merge([tmp_path / "old"], tmp_path / "new")
+    assert results(tmp_path / "new") == results(out)
 
 
 def test_clips_of_the_same_name_are_told_apart(tmp_path):

@@ -11,7 +11,14 @@ from tests.messages import numbers
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.noise_bursts import noise_bursts, noise_near
+from twistcore.detection import noise_bursts as noise_module
+from twistcore.detection.noise_bursts import (
+    NoiseBurst,
+    burst_sentences,
+    noise_bursts,
+    noise_curve,
+    noise_near,
+)
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.notes import NOISE
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle
@@ -21,10 +28,10 @@ ARM, HAND = WALK.skeleton.index("LeftArm"), WALK.skeleton.index("LeftForeArm")
 START, STOP = 120, 260
 
 
-def noisy(*joints, size=0.08, motion=WALK):
+def noisy(*joints, size=0.08, motion=WALK, stop=STOP):
     rng = np.random.default_rng(3)
-    rotations, at = motion.rotations.copy(), slice(START, STOP)
-    noise = rng.normal(0.0, size, (STOP - START, len(joints), 4))
+    rotations, at = motion.rotations.copy(), slice(START, stop)
+    noise = rng.normal(0.0, size, (stop - START, len(joints), 4))
     rotations[at, list(joints)] = normalise(rotations[at, list(joints)] + noise)
     return motion.with_rotations(rotations)
 
@@ -94,9 +101,42 @@ def test_frames_that_are_held_are_no_noise(name):
 def test_a_burst_in_held_frames_has_the_frames_of_the_clip():
     noise = at_rate(noisy(ARM), 60.0)
     held = noise.with_rotations(np.repeat(noise.rotations[::2], 2, axis=0)[: noise.frames])
+    kept = replace(noise, rotations=noise.rotations[::2], positions=noise.positions[::2])
     (burst,) = noise_bursts(held)
+    (once,) = noise_bursts(replace(kept, frame_time=2.0 * noise.frame_time))
+    assert (burst.start, burst.stop) == (2 * once.start, 2 * once.stop)
     assert abs(burst.start - START // 2) <= 4
     assert abs(burst.stop - STOP // 2) <= 4
+
+
+@pytest.mark.parametrize("width", [3, 4, 7, 21])
+def test_the_quick_check_misses_no_window_that_is_mostly_true(width):
+    rng = np.random.default_rng(width)
+    before = width // 2
+    for share in np.linspace(0.2, 0.6, 60):
+        mask = rng.random(4 * width) < share
+        padded = np.pad(mask, (before, width - 1 - before), mode="edge")
+        most = np.lib.stride_tricks.sliding_window_view(padded, width).sum(axis=1).max()
+        assert most <= width / 2 or noise_module._may_be_mostly_true(mask, width)
+    assert not noise_module._may_be_mostly_true(np.zeros(4 * width, dtype=bool), width)
+
+
+def test_notes_name_the_first_spans_outside_the_chains_and_count_the_others():
+    bursts = [NoiseBurst(0, 50 * k, 50 * k + 20, 9.0) for k in range(7)]
+    bursts.insert(1, NoiseBurst(1, 10, 30, 12.0))
+    joined, *others, last = burst_sentences(0, bursts, ("Head", "Neck"))
+    assert "12° in frames 0–30 (Head, Neck)" in joined
+    assert ("50–70 (Head)" in others[0], len(others)) == (True, 4)
+    assert numbers(last) == [2]
+    assert [numbers(said) for said in burst_sentences(3, (), ())] == [[3]]
+    assert len(burst_sentences(1, (), ())) == 1
+
+
+def test_a_quarter_of_a_second_of_noise_is_no_burst():
+    short = noisy(ARM, stop=START + 30)
+    assert noise_bursts(short) == ()
+    curve, least = noise_curve(short, ARM)
+    assert curve.max() < least
 
 
 def test_noise_of_one_person_leaves_another_in_peace():

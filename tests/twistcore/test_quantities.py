@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 import twistcore as tc
+from benchmarks.notation import kept
 from tests.twistcore.test_all_joints import at_30_hz, stepping, turned
 from tests.twistcore.test_backward_bends import bent
 from tests.twistcore.test_noise_bursts import ARM, noisy
+from tests.twistcore.test_notation import KEYS5
 from tests.twistcore.test_strangers import UNREAL, rolled
 from tests.twistcore.test_stretches import turned as turned_about_bone
 from tests.twistcore.test_turned_ends import flipped
@@ -19,6 +21,8 @@ from twistcore.detection.interval import Interval
 from twistcore.detection.kind import KindInfo
 from twistcore.detection.quantity import quantity_of
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.clip import rewritten
 
 WALK = tc.read_clip("assets/walk.bvh").motion
 
@@ -121,8 +125,11 @@ def test_limits_and_numbers_are_those_of_the_search():
     mean = np.nanmean(roll.values[stretch.start : stretch.stop])
     assert mean == pytest.approx(stretch.evidence["roll_deg"], abs=0.5)
     ((helper, own),) = curves_of(helper_roll(), Kind.HELPER_ROLL)
+    assert helper.confidence is None  # it was not measured for this kind
     jump = own.values[helper.start] - own.values[helper.start - 1]
     assert jump == pytest.approx(helper.evidence["opens_deg"], abs=1e-6)
+    jump = own.values[helper.stop] - own.values[helper.stop - 1]
+    assert jump == pytest.approx(helper.evidence["closes_deg"], abs=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [9.0, 11.0, 14.0, 40.0])
@@ -142,10 +149,41 @@ def test_frames_that_are_held_have_the_value_of_their_own_frame():
     np.testing.assert_allclose(quantity.values[160:164], math.degrees(interval.size))
 
 
-def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval():
-    ((interval, quantity),) = curves_of(MOTIONS[Kind.SPIKE](), Kind.SPIKE)
-    assert np.isnan(quantity.values[:4]).all()
-    assert np.isfinite(quantity.values[interval.start : interval.stop]).all()
+def test_between_linear_keys_a_curve_has_the_value_of_the_change_to_the_next_key():
+    clip = tc.read_clip("assets/walk.bvh")
+    stepped = parse_bvh(rewritten(clip, stepping(150, 30.0)).data, clip.path)
+    keyed = KEYS5.written(kept(stepped, KEYS5), KEYS5.repeats(WALK.fps)[1]).motion
+    ((interval, quantity),) = curves_of(keyed, Kind.BODY_STEP)
+    assert (interval.start, interval.stop) == (146, 151)
+    np.testing.assert_allclose(quantity.values[146:151], math.degrees(interval.size))
+    assert (quantity.values[146:151] > quantity.limit[146:151]).all()
+    assert (quantity.values[141:146] < quantity.limit[141:146]).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "curve", "around"),
+    [
+        (Kind.SPIKE, "values", 3),
+        (Kind.JOINT_JUMP, "values", 0),
+        (Kind.PLACE_JUMP, "values", 2),
+        (Kind.BODY_STEP, "values", 0),
+        (Kind.BODY_STEP, "limit", 1),
+    ],
+)
+def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval(kind, curve, around):
+    cut, frames = 200, WALK.frames
+    left_out = {*range(5), *range(cut - around, cut + around + 1), *range(frames - 4, frames)}
+    search = analyse(stepping(100).at(np.r_[0:cut, 60 : frames - cut + 60])).search(DEFAULT_METHOD)
+    for start in (100, 2, cut):
+        step = Interval("LeftArm", start, start + 1, np.zeros(1), kind=kind, joint="Hips")
+        if (quantity := quantity_of(search, step)) is not None:
+            left_out = {
+                *range(5),
+                *range(cut - around, cut + around + 1),
+                *range(frames - 4, frames),
+            }
+            found = np.flatnonzero(np.isnan(getattr(quantity, curve)))
+            assert set(found.tolist()) == left_out - {start}
 
 
 @pytest.mark.parametrize("edges", [(0, 3), (340, 344), (0, 344), (100, 160)])
@@ -160,12 +198,18 @@ def test_an_interval_of_any_length_by_hand_has_a_curve_or_none(edges):
         assert quantity is None or len(quantity.values) == WALK.frames
 
 
-def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual():
-    motion = turned_about_bone("LeftFoot", 170.0, 60, 200).sliced(0, 260)
+@pytest.mark.parametrize("other", [0.0, 90.0])
+def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual(other):
+    """With the rest pose, or with the rest of the clip if the other foot never has this roll."""
+    motion = turned_about_bone("LeftFoot", 170.0, 60, 200)
+    rotations, right = motion.rotations.copy(), WALK.skeleton.index("RightFoot")
+    both = turned_about_bone("RightFoot", other, 0, WALK.frames)
+    rotations[:, right] = both.rotations[:, right]
+    search = analyse(motion.with_rotations(rotations).sliced(0, 260)).search(DEFAULT_METHOD)
     foot = Interval(
         "LeftLeg", 60, 200, np.ones(140), kind=Kind.STRETCH, joint="LeftFoot", residual=3.0
     )
-    quantity = quantity_of(analyse(motion).search(DEFAULT_METHOD), foot)
+    quantity = quantity_of(search, foot)
     outside, inside = np.delete(quantity.values, slice(60, 200)), quantity.values[60:200]
     assert abs(np.nanmean(outside)) < 10.0
     assert abs(np.nanmean(inside)) == pytest.approx(170.0, abs=25.0)

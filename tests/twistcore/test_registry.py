@@ -27,6 +27,7 @@ EXAMPLE = Path(__file__).parents[2] / "docs" / "example_detector"
 STEPS = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
 WALK = ASSETS / "walk_injected.bvh"
 KICK = ASSETS / "kick.bvh"
+FRAMES = tc.read_clip(KICK).motion.frames
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +75,8 @@ class Plain:
         self.spoilt = spoilt
 
     def analyse(self, motion, chains, tell=None):
-        self.frames = motion.frames
+        self.frames, self.tell = motion.frames, tell
+        self.spoilt.get("analyse", lambda: None)()
         return self.spoilt.get("analysis", self)
 
     def automatic_tau(self, chain):
@@ -318,6 +320,9 @@ def error(*_):
         ({"tau": "much"}, "failed on LeftShoulder (ValueError"),
         ({"strength": np.zeros(3)}, "numbers for the strength, found (3,)"),
         ({"strength": None}, "numbers for the strength, found ()"),
+        ({"strength": np.full(FRAMES, -1.0)}, "on LeftShoulder: expected a strength of 0 or more"),
+        ({"strength": np.full(FRAMES, np.nan)}, "expected a strength of 0 or more"),
+        ({"analyse": error}, "failed (ValueError: of its own in two lines)"),
         ({"found": lambda *_: [1]}, "expected intervals, found 1"),
         ({"found": lambda *_: None}, "failed on LeftShoulder (TypeError"),
         (
@@ -337,6 +342,23 @@ def error(*_):
 def test_what_goes_wrong_in_a_detector_names_it(spoilt, fact):
     with refused(TwistError, "'plain'", fact):
         tc.detect(tc.read_clip(KICK), method=Plain(**spoilt))
+
+
+def test_a_whole_clip_and_the_largest_tau_are_no_fault_of_a_detector():
+    def whole(chain, _tau):
+        return [Interval(chain, 0, FRAMES, np.ones(FRAMES))]
+
+    detector = Plain(found=whole, tau=np.pi)
+    found = tc.detect(tc.read_clip(KICK), method=detector, kinds="counter-twist")
+    assert {(i.start, i.stop) for i in found} == {(0, FRAMES)}
+
+
+def test_a_detector_can_report_its_progress_and_have_other_methods():
+    clip, detector = tc.read_clip(KICK), Plain(strength=np.ones(FRAMES, dtype=int))
+    analysis = DETECTORS.register(detector).analyse(clip.motion, tc.find_chains(clip), print)
+    assert detector.tell is print
+    assert analysis.strength("LeftArm").dtype == np.float64
+    assert analysis.frames == FRAMES  # which no analysis needs
 
 
 def test_want_of_memory_is_no_fault_of_a_detector():

@@ -8,7 +8,8 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from twistcore.detection.lone_jumps import own_axis
-from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
+from twistcore.detection.stretches import defined_roll
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
 WALK = tc.read_clip(ASSETS / "walk.bvh")
 FRAMES = WALK.motion.frames
@@ -51,7 +52,11 @@ def swung(axis, along, degrees, roll):
 def test_a_joint_that_stays_turned_is_listed_from_jump_to_jump(joint, degrees, start, stop):
     (found,) = stretches(turned(joint, degrees, start, stop))
     assert (found.joint, found.start, found.stop, found.open) == (joint, start, stop, True)
-    assert abs(abs(np.degrees(found.residual)) - abs(degrees)) < 25.0
+    turn = found.evidence["turn_deg"]
+    assert abs(wrap(np.radians(turn - degrees))) < np.radians(0.3)
+    assert abs(wrap(np.radians(found.evidence["roll_deg"] - degrees))) < np.radians(20.0)
+    assert turn == found.evidence["correction_deg"] == pytest.approx(np.degrees(found.residual))
+    assert (found.evidence["joint"], len(found.offset)) == (joint, stop - start)
     assert not found.repairable
 
 
@@ -104,6 +109,16 @@ def test_fast_motion_at_a_low_rate_is_no_stretch():
             frame_time=dance.frame_time * step,
         )
         assert not stretches(slow)
+
+
+def test_a_joint_without_a_bone_has_no_roll():
+    motion = turned("LeftFoot", 180.0, 200, FRAMES)
+    toe = motion.skeleton.index("LeftToeBase")
+    assert np.isfinite(defined_roll(motion, toe)).all()
+    ends = tuple(end for end in motion.skeleton.ends if end[0] != toe)
+    bare = replace(motion, skeleton=replace(motion.skeleton, ends=ends))
+    assert np.isnan(defined_roll(bare, toe)).all()
+    assert [i.joint for i in stretches(bare)] == ["LeftFoot"]
 
 
 def test_held_frames_are_counted_as_written():

@@ -53,6 +53,8 @@ def test_the_foot_is_put_back_if_a_person_accepts_it(carried):
     (found,) = turned_ends(motion)
     assert (found.joint, found.start, found.stop) == ("RightFoot", START, STOP)
     assert np.degrees(found.residual) == pytest.approx(90.0, abs=4.0)
+    assert found.evidence["turn_deg"] == pytest.approx(np.degrees(found.residual))
+    assert (len(found.offset), found.carried) == (STOP - START, True)
     refined = accepted(motion, tc.Kind.LIMB_FLIP, tc.Kind.TURNED_END)
     left = geodesic_angle(refined.rotations[:, FOOT], WALK.rotations[:, FOOT])
     assert np.degrees(left.max()) < 6.0  # the foot also moves between the frames of each edge

@@ -30,6 +30,7 @@ LEAST = math.radians(30.0)  # a smaller offset is ignored
 # poses of two sides or takes differ by as much.
 _AGREE, _POSE = 0.25, math.radians(50.0)
 _STEADY = 0.5  # a twist whose mean direction is a shorter vector has no usual angle
+_ROUNDING = 1e-9  # a smaller circular variance may be an error of rounding
 # The wrong side is known if the sides' distances from the rest pose differ by at least this angle.
 _CLEARLY = math.radians(30.0)
 _LEGS = ("UpLeg", "Leg")
@@ -210,8 +211,7 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
         return None
     # The less the twist of a joint varies, the more exactly it shows the offset.
     blur = [own[k].varies + expected[k].varies for k in (0, 1)]
-    share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
-    return float(wrap(of_p - share * apart))
+    return float(wrap(of_p - blur[0] / sum(blur) * apart))
 
 
 def _hides_below(
@@ -262,4 +262,4 @@ def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
         return None
     centre = float(np.angle(mean))
     middle = float(wrap(centre + median(wrap(angle - centre))))
-    return _Usual(middle, 1.0 - float(abs(mean)))
+    return _Usual(middle, max(1.0 - float(abs(mean)), _ROUNDING))

@@ -81,12 +81,13 @@ def lone_jumps(
             return {
                 name: tuple(_in_clip_frames(i, held) for i in own) for name, own in found.items()
             }
-    cut = find_cuts(motion)
-    cut[:1] = True
     names = motion.skeleton.names
     jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
     owner = chain_of_joint(chains)
-    for joint, turn in _turns_too_fast(motion, list(owner), ~cut, refined or motion.sliced).items():
+    among = ~find_cuts(motion)
+    for joint, turn in _turns_too_fast(
+        motion, list(owner), among, refined or motion.sliced
+    ).items():
         chain = owner[joint]
         for start, stop in runs(turn != 0.0):
             most = max(turn[start:stop].tolist(), key=abs)
@@ -120,13 +121,11 @@ def _turns_too_fast(
     for low in range(0, motion.frames, _BLOCK):
         first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
         block = refined(first, stop)
-        counted = among[first:stop].copy()
-        counted[0] = False  # the previous block contains the step into this frame
         for joint, axis in axes.items():
             if axis is None:
                 continue
             own = turns_about(block.rotations[:, joint], axis)
-            at = np.flatnonzero(may_be_too_fast(own, motion.fps) & counted)
+            at = np.flatnonzero(may_be_too_fast(own, motion.fps) & among[first:stop])
             if not len(at):
                 continue
             before, after = (
