@@ -45,7 +45,7 @@ PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
 
 
 class Dimming:
-    """Dims all places of the window except those that the reader should watch."""
+    """Dims the places of the window that the reader need not watch."""
 
     def __init__(self, window: HostWindow) -> None:
         self._places = {name: find(window) for name, find in PLACES.items()}

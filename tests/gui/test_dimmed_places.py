@@ -185,3 +185,16 @@ def test_what_is_below_a_veil_is_not_painted_more_often(qtbot, at_forearm, tmp_p
     window.document.go_to(window.document.frame + 1)
     qtbot.wait(300)
     assert max(count.painted.values()) <= 3
+
+
+def test_a_presentation_keeps_the_figures_of_the_page(qtbot, at_forearm, tmp_path):
+    window = at_forearm
+    play(qtbot, window, lesson(tmp_path, "moved 5", more="tab: intervals\nlook: before, skin"))
+    looks = [window.actions_by_id[look] for look in ("skin", "side_by_side")]
+    assert [look.isChecked() for look in looks] == [True, False]
+    act(window, "presentation")
+    qtbot.wait(50)
+    assert [look.isChecked() for look in looks] == [True, False]
+    act(window, "presentation")
+    qtbot.wait(50)
+    assert [look.isChecked() for look in looks] == [True, False]
