@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from inspector.panels.chains_panel import ChainsPanel
     from inspector.panels.detail_card import DetailCard
     from inspector.panels.intervals_panel import IntervalsPanel
+    from inspector.panels.transport import Transport
     from inspector.session.document import Document
     from inspector.session.exporter import Exporter
     from inspector.session.player import Player
@@ -56,6 +57,7 @@ class HostWindow(QMainWindow):
     bar: MessageBar
     viewport: Viewport
     timeline: Timeline
+    transport: Transport
     chains: ChainsPanel
     intervals: IntervalsPanel
     detail: DetailCard

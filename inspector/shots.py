@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 from PySide6.QtCore import QEventLoop, QTimer
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QCursor, QImage
 
 from inspector.app import make_application
 from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
@@ -234,6 +234,7 @@ def film(window: MainWindow) -> None:
 
 def lesson_pictures(window: MainWindow) -> None:
     """Take pictures of lesson pages, and of an exercise with its score."""
+    QCursor.setPos(window.geometry().topLeft())  # no place under the mouse is dimmed
     player, exercise = (
         window.part(of_lessons).lesson_actions.player,
         window.part(of_lessons).lesson_actions.hidden_errors,

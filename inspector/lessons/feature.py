@@ -17,6 +17,7 @@ from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.interrupted_review import Aside
 from inspector.lessons.lesson_actions import LessonActions
+from inspector.lessons.watched_places import Dimming
 from inspector.teaching.feature import feature as teaching
 
 
@@ -47,6 +48,7 @@ class Lessons(FeatureParts):
             list_all=window.intervals.list_all,
             show_intervals=show_intervals,
             show_teaching=taught.show,
+            dimming=Dimming(window),
         )
         self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], window)
 

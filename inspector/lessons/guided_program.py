@@ -9,6 +9,7 @@ from PySide6.QtGui import QAction
 
 from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.interrupted_review import Aside
+from inspector.lessons.watched_places import Dimming
 from inspector.session.document import Document
 from inspector.session.settings import Settings
 from inspector.teaching.taught_frame import TaughtFrame
@@ -28,6 +29,8 @@ class GuidedProgram:
         restores the filter.
     show_intervals, show_teaching
         Functions that bring the intervals tab or the teaching tab to the front.
+    dimming
+        Dims the places that the reader need not watch.
     """
 
     document: Document
@@ -40,3 +43,4 @@ class GuidedProgram:
     list_all: Callable[[], Callable[[], None]]
     show_intervals: Callable[[], None]
     show_teaching: Callable[[], None]
+    dimming: Dimming

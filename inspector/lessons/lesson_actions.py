@@ -60,6 +60,8 @@ class LessonActions:
         self.player.began.connect(lambda: self._show_guide(self._title))
         self.player.ended.connect(self._close_guide)
         self.player.finished.connect(self._offer_next)
+        # A closed guide card dims nothing, although its lesson goes on
+        self.dock.visibilityChanged.connect(lambda _: self.player.dim(on=not self.dock.isHidden()))
         self.hidden_errors.ended.connect(self._close_guide)
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 

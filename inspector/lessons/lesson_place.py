@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from inspector.language import tr
+from inspector.lessons.watched_places import MOST_WATCHED, PLACES
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.analysis.decomposition import WhatIf
 from twistcore.detection import DETECTORS
@@ -67,6 +68,8 @@ class LessonPlace:
         τ of the chain in radians; None for the detector's automatic τ.
     detector
         The name of a detector; '' for the default.
+    watched
+        The places of the window to watch, keys of PLACES; the others are dimmed. () dims nothing.
     """
 
     clip: Path
@@ -82,6 +85,7 @@ class LessonPlace:
     skin: bool = False
     tau: float | None = None
     detector: str = ""
+    watched: tuple[str, ...] = ()
 
 
 def _frame(text: str) -> dict[str, Any]:
@@ -135,6 +139,14 @@ def _detector(text: str) -> dict[str, Any]:
         known = ", ".join(DETECTORS)
         raise ValueError(tr("one of the detectors {known}", known=known))
     return {"detector": text}
+
+
+def _watched(text: str) -> dict[str, Any]:
+    places = tuple(dict.fromkeys(re.split(r"[,\s]+", text)))
+    if len(places) > MOST_WATCHED or not PLACES.keys() >= set(places):
+        known = ", ".join(PLACES)
+        raise ValueError(tr("at most {most} of the places {known}", most=MOST_WATCHED, known=known))
+    return {"watched": places}
 
 
 def _what_if(text: str) -> dict[str, Any]:
@@ -215,6 +227,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "look": _look,
     "tau": _tau,
     "detector": _detector,
+    "watch": _watched,
 }
 
 
@@ -245,6 +258,8 @@ def settings(place: LessonPlace) -> str:
         lines.append(f"tau: {_short(np.degrees(place.tau), 3)}")
     if place.detector:
         lines.append(f"detector: {place.detector}")
+    if place.watched:
+        lines.append(f"watch: {', '.join(place.watched)}")
     return "\n".join(("```lesson", *lines, "```"))
 
 

@@ -100,11 +100,17 @@ class LessonPlayer(QObject):
             self._program.taught.reset()
             self._program.taught.remove_highlight()
             self._program.taught.set_rows(())
+            self.dim(on=False)
         if self._view_before is not None:
             self._view_before.restore()
             self._view_before = None
         self._clips = {}
         self.ended.emit()
+
+    def dim(self, *, on: bool) -> None:
+        """Dim the places that the reader need not watch, or no place if `on` is False."""
+        shown = on and self.at >= 0
+        self._program.dimming.watch(self.pages[self.at].place.watched if shown else ())
 
     def _ready(self, clips: Clips) -> None:
         self._clips = clips

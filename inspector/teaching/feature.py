@@ -41,6 +41,8 @@ class Teaching(FeatureParts):
         While teaching is active, the 3D view shows a single figure without the striped skin,
         because the gizmo is drawn on the wedges of the bones.
         """
+        if on == self.taught.active:
+            return
         for look in ("skin", "side_by_side"):
             wanted = not on and bool(self._window.settings.value(look))
             self._window.actions_by_id[look].setChecked(wanted)

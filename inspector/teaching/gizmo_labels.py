@@ -55,9 +55,10 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels over an image without overlaps.
+        """Place the labels over an image, without overlaps as far as there is room.
 
-        `covered` is the area of the image that the legend covers.
+        `covered` is the area of the image that the legend covers. Labels that would leave the image
+        are omitted.
         """
         view = self.parentWidget()
         assert view is not None
@@ -83,8 +84,8 @@ class Labels(QWidget):
             way = here - other
             long = float(np.hypot(*way))
             way = way / long if long > 1.0 else np.array([0.7071, -0.7071])
-            box = self._free(here + corner, way, formula, covered)
-            if box.intersects(covered):
+            box = self._free(here + corner, way, formula, picture, covered)
+            if box is None:
                 continue
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
             ink = colour(MARKS[mark.symbol].family, theme)
@@ -94,12 +95,19 @@ class Labels(QWidget):
             self.raise_()
         self.update(before + self._region())
 
-    def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
-        """Return a free rectangle near a point, preferably on the side `way` of the point."""
+    def _free(
+        self, at: Array, way: Array, formula: Formula, picture: QRectF, covered: QRectF
+    ) -> QRectF | None:
+        """Return a rectangle near a point that overlaps other labels the least.
+
+        The rectangle is preferably on the side `way` of the point. It is inside the image and not
+        covered by the legend. If there is no such rectangle, return None.
+        """
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
-        box = QRectF()
+        image = picture.adjusted(_HALO, _HALO, -_HALO, -_HALO)
+        best, least = None, np.inf
         for gap in (_GAP, 1.8 * _GAP, 2.6 * _GAP):
             for turn in (0.0, 0.6, -0.6, 1.2, -1.2, 2.0, -2.0, 3.1):
                 angle = wanted + turn
@@ -107,10 +115,15 @@ class Labels(QWidget):
                 y = at[1] + gap * np.sin(angle) - 0.5 * high
                 box = QRectF(x, y, wide, high)
                 room = box.adjusted(-_APART, -_APART, _APART, _APART)
-                taken = [covered, *(other for _, other, _, _ in self._placed)]
-                if not any(room.intersects(other) for other in taken):
-                    return box
-        return box
+                if not image.contains(box) or room.intersects(covered):
+                    continue
+                common = [room.intersected(other) for _, other, _, _ in self._placed]
+                overlap = sum(shared.width() * shared.height() for shared in common)
+                if overlap < least:
+                    best, least = box, overlap
+                if not overlap:
+                    return best
+        return best
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw every label at its position."""

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from inspector.timeline.regions import Regions, wide_enough
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
+from inspector.widgets.axes import TEXT_HEIGHT
 from inspector.widgets.theme import Colours, Theme, figures_font, mixed
 from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
@@ -89,7 +90,13 @@ class Scenery:
     @property
     def line_height(self) -> float:
         """The height, in pixels, of a line of the title."""
-        return _TITLE_HEIGHT * self.scale
+        return _TITLE_HEIGHT * self.scale + self.higher
+
+    @property
+    def higher(self) -> float:
+        """The pixels by which a line of text is higher than in the program's own font."""
+        high = QFontMetricsF(self.font()).height()
+        return max(0.0, high - TEXT_HEIGHT * self.scale)
 
     def font(self, *, bold: bool = False) -> QFont:
         """Return the font of text in plots."""

@@ -9,7 +9,7 @@ import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QRectF, Qt, Signal
-from PySide6.QtGui import QMouseEvent
+from PySide6.QtGui import QFontMetricsF, QMouseEvent
 from PySide6.QtWidgets import QWidget
 
 from inspector.language import tr_as
@@ -17,12 +17,16 @@ from inspector.timeline.curve_line import Line
 from inspector.timeline.curve_values import thinned
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
 from inspector.timeline.time_view import TimeView
-from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
+from inspector.widgets.axes import TEXT_HEIGHT, FrameAxis, RootAxis, UnitAxis, root_scale
 from inspector.widgets.canvas import Canvas
 from twistcore.skeleton.rotation import Array
 
 AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17
+# Pixels below a plot without frame numbers; in a figure, the lowest number is never cut off
+_GAP, _FIGURE_GAP = 3, 5
+_WIDEST = "−180°"  # the widest number at the left axis …
+_AXIS_GAPS = 8  # … and the pixels between the label, the number and the plot
 _RIGHT_MARGIN = 8
 # Free share of the height above the curves; the key is True for a plot with glyphs
 _HEADROOM = {True: 0.14, False: 0.07}
@@ -108,10 +112,12 @@ class Pane(Canvas):
         """Apply the scenery's scale to the text and the lines."""
         scale = self.scenery.scale
         for axis in self.axes.values():
-            axis.type_scale = scale
+            axis.text_height = TEXT_HEIGHT * scale + self.scenery.higher
         self.set_type(self.scenery.font())
         self.grid.setContentsMargins(0.0, self.scenery.title_height, _RIGHT_MARGIN, 0.0)
-        self.axes["left"].setWidth(AXIS_WIDTH * scale)
+        widest = QFontMetricsF(self.scenery.font()).horizontalAdvance(_WIDEST)
+        needed = self.axes["left"].text_height + widest + _AXIS_GAPS * scale
+        self.axes["left"].setWidth(max(AXIS_WIDTH * scale, needed))
         self.set_bottom(shown=self._bottom_shown)
 
     def colour(self) -> None:
@@ -237,7 +243,9 @@ class Pane(Canvas):
         """Show or hide the frame numbers, which only the lowest plot of a column shows."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
-        axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
+        scale, higher = self.scenery.scale, self.scenery.higher
+        gap = _FIGURE_GAP if self.scenery.still else _GAP
+        axis.setHeight(_AXIS_HEIGHT * scale + higher if shown else gap + 0.5 * higher)
         self.front.time = tr_as("axis", "frame") if shown else ""
         self._bottom_shown = shown
 

@@ -139,9 +139,17 @@ class Timeline(QWidget):
             scenery.still = True
         for pane in self.panes.values():
             pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # a cached plot would become a bitmap
+            pane.set_scale()  # leave the gaps of a figure
 
     def fit_titles(self) -> None:
-        """Reserve as many title lines above all plots of a figure as the longest title needs."""
+        """Reserve as many title lines above all plots of a figure as the longest title needs.
+
+        Above them, the frame number begins at the plots, or further left in a narrow figure.
+        """
+        margins = self._head.contentsMargins()
+        free = self.width() - margins.right() - self.readout.sizeHint().width()
+        margins.setLeft(max(0, min(AXIS_WIDTH, free)))
+        self._head.setContentsMargins(margins)
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
             for scenery in self._sceneries:

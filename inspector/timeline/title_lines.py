@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 
+_NUMBER = re.compile(r"\s*[−+±]?\d")
+
 Parts = list[tuple[str, str]]  # pairs (text, name of a colour in the theme)
 
 
@@ -12,7 +14,8 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
     """Return the parts of the title in each line. A symbol and its numbers stay on one line.
 
-    Spaces that only align columns are removed.
+    Only words that are together wider than a line are divided. Spaces that only align columns are
+    removed.
 
     Parameters
     ----------
@@ -23,14 +26,19 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
     advance
         A function that returns the width of a text.
     """
+
+    def width(group: Parts) -> float:
+        return sum(advance(text) for text, _ in group)
+
     lines: list[Parts] = [[]]
     used = 0.0
-    for group in _groups(title):
-        wide = sum(advance(text) for text, _ in group)
+    groups = _groups(title)
+    for group in (part for g in groups for part in ([g] if width(g) <= room else _words(g))):
+        wide = width(group)
         if lines[-1] and used + wide > room:
             text, role = group[0]
             group = [(text.lstrip(), role), *group[1:]]
-            wide = sum(advance(text) for text, _ in group)
+            wide = width(group)
             lines.append([])
             used = 0.0
         lines[-1] += group
@@ -45,7 +53,13 @@ def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
         text = re.sub(r"  +", " ", raw)
         before = {r for t, r in groups[-1] if t.strip()} if groups else set()
         symbol = (role == "text" and before != {"soft"}) or bool({"●", "○"} & set(text))
-        if not groups or symbol or (role == "soft" and text.strip()) or text.startswith("━"):
+        word = role == "soft" and text.strip() and not _NUMBER.match(text)
+        if not groups or symbol or word or text.startswith("━"):
             groups.append([])
         groups[-1].append((text, role))
     return groups
+
+
+def _words(group: Parts) -> list[Parts]:
+    """Return each word of a group as a group, with the spaces before it."""
+    return [[(word, role)] for text, role in group for word in re.findall(r"\s*\S+", text)]

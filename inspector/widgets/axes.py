@@ -13,7 +13,7 @@ from inspector.widgets.signed_numbers import plain
 from twistcore.skeleton.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
-_TICK_ROOM = 13.0  # pixels between two labels of the square-root scale, at the default font size
+TEXT_HEIGHT = 13.0  # pixels of a line of text at the default font size
 
 
 def root_scale(degrees: Array | float) -> Array:
@@ -48,11 +48,11 @@ class Axis(pg.AxisItem):
 
     Attributes
     ----------
-    type_scale
-        The factor by which the text is larger than the default font size.
+    text_height
+        The height of a line of text in pixels, the least distance of two numbers.
     """
 
-    type_scale = 1.0
+    text_height = TEXT_HEIGHT
 
     def mouseClickEvent(self, event: Any) -> None:
         """Ignore the click, so that the plot gets it."""
@@ -66,7 +66,7 @@ class UnitAxis(Axis):
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Return the tick positions, without those whose labels would be cut off at the ends."""
-        room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
+        room = self.text_height / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
             for spacing, values in super().tickValues(low, high, size)
@@ -97,7 +97,7 @@ class RootAxis(Axis):
 
     def _room(self) -> float:
         low, high = (float(v) for v in self.range)
-        return self.type_scale * _TICK_ROOM * (high - low) / max(float(self.height()), 1.0)
+        return self.text_height * (high - low) / max(float(self.height()), 1.0)
 
     def _overlapped(self) -> list[float]:
         """Return the positions of the numbers that would overlap `taken`."""
@@ -106,7 +106,7 @@ class RootAxis(Axis):
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Return tick positions at as many round numbers of degrees as fit."""
-        room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
+        room = self.text_height * (high - low) / max(size, 1.0)
         chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._overlapped())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]

@@ -1,0 +1,66 @@
+"""The places of the window that a lesson page names to be watched. The others are dimmed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+
+from PySide6.QtWidgets import QWidget
+
+from inspector.feature import HostWindow
+from inspector.teaching.feature import feature as teaching
+from inspector.timeline.plot import plots
+from inspector.widgets.veil import Veil
+
+MOST_WATCHED = 2  # more places cannot be watched at once
+_Widgets = tuple[QWidget, ...]
+
+
+def _equations(window: HostWindow) -> _Widgets:
+    panel = window.part(teaching).teaching
+    return panel.title, panel.scroll_area
+
+
+def _dock(name: str, window: HostWindow) -> _Widgets:
+    return (window.docks[name].widget(),)
+
+
+def _pane(key: str, window: HostWindow) -> _Widgets:
+    return (window.timeline.panes[key],)
+
+
+# Functions that return the widgets of a place, keyed by the name of the place in a lesson file.
+PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
+    "figure": lambda window: (window.viewport,),
+    "clock": lambda window: (window.viewport.overlays.clock, window.viewport.overlays.whole),
+    "transport": lambda window: (window.transport,),
+    "strip": lambda window: (window.timeline.overview, window.timeline.readout),
+    **{key: partial(_pane, key) for key in plots()},
+    "equations": _equations,
+    "sliders": lambda window: (window.part(teaching).teaching.what_if,),
+    "intervals": partial(_dock, "intervals"),
+    "chains": partial(_dock, "chains"),
+    "status": lambda window: (window.statusBar(),),
+}
+
+
+class Dimming:
+    """Dims the places of the window that the reader need not watch."""
+
+    def __init__(self, window: HostWindow) -> None:
+        self._places = {name: find(window) for name, find in PLACES.items()}
+        self._veils = {
+            widget: Veil(widget, window.colours)
+            for widgets in self._places.values()
+            for widget in widgets
+        }
+
+    def watch(self, names: Collection[str]) -> None:
+        """Dim all places except the given ones, or none if no place is given.
+
+        A place that contains one of the given places is not dimmed, either.
+        """
+        watched = [widget for name in names for widget in self._places[name]]
+        for widget, veil in self._veils.items():
+            clear = any(widget is one or widget.isAncestorOf(one) for one in watched)
+            veil.cover(bool(watched) and not clear)
