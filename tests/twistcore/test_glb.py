@@ -129,6 +129,16 @@ def test_a_motion_that_no_program_could_read_is_refused(walk, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_names_that_are_no_text_are_escaped(walk, tmp_path):
+    names = ("Hüfte", "bad\udce9", *walk.skeleton.names[2:])
+    motion = replace(walk.motion, skeleton=replace(walk.skeleton, names=names))
+    write_glb(motion, tmp_path / "a.glb")
+    gltf, _ = chunks(tmp_path / "a.glb")
+    read = [node["name"] for node in gltf["nodes"][:2]]
+    assert read[0] == "Hüfte"
+    assert read[1].encode("utf-8").startswith(b"bad")
+
+
 # -- the command -----------------------------------------------------------------------------------
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import escaped, json_bytes
 from twistcore.skeleton.figure import up_letter
 from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array, continuous_signs, quaternion_from_axis_angle
@@ -57,7 +57,7 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
     # Node j is joint j. The last node holds the figure.
     nodes: list[_Words] = [
         {
-            "name": joint,
+            "name": escaped(joint),
             "translation": (unit * offset).tolist(),
             **({"children": list(below)} if below else {}),
         }
@@ -65,7 +65,10 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
             skeleton.names, skeleton.offsets, skeleton.children, strict=True
         )
     ]
-    figure: _Words = {"name": name, "children": np.flatnonzero(skeleton.parents < 0).tolist()}
+    figure: _Words = {
+        "name": escaped(name),
+        "children": np.flatnonzero(skeleton.parents < 0).tolist(),
+    }
     if up_letter(motion) == "Z":
         turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
         figure["rotation"] = _scalar_last(turn).tolist()
@@ -88,7 +91,7 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
             "scenes": [{"nodes": [len(skeleton)]}],
             "nodes": [*nodes, figure],
             "skins": [{"joints": list(range(len(skeleton))), "skeleton": len(skeleton)}],
-            "animations": [{"name": name, "channels": channels, "samplers": samplers}],
+            "animations": [{"name": escaped(name), "channels": channels, "samplers": samplers}],
             "accessors": arrays.accessors,
             "bufferViews": arrays.views,
             "buffers": [{"byteLength": len(arrays.data)}],
@@ -132,7 +135,7 @@ def _scalar_last(q: Array) -> Array:
 
 def _container(document: _Words, data: bytes) -> bytes:
     """Return a glTF document and its binary part, which is a multiple of four bytes, as a GLB."""
-    text = json.dumps(document, separators=(",", ":")).encode()
+    text = json_bytes(document, indent=None)
     text += b" " * (-len(text) % 4)
     size = 12 + 8 + len(text) + 8 + len(data)
     parts = struct.pack("<4sII", b"glTF", 2, size), _chunk(b"JSON", text), _chunk(b"BIN\0", data)
