@@ -1,7 +1,10 @@
 """What a release says of itself in several places is the same in all of them."""
 
 import re
+import tomllib
 from pathlib import Path
+
+import pytest
 
 import twistcore
 
@@ -25,6 +28,19 @@ def test_version_and_date_are_those_of_the_changelog():
     assert f"\ndate-released: {date}\n" in citation
     assert f"version = {{{version}}}," in text("docs/cite.md")
     assert f"date    = {{{date}}}," in text("docs/cite.md")
+
+
+def test_the_recipe_for_conda_is_that_of_the_wheel():
+    yaml = pytest.importorskip("yaml", reason="comes with the packages for the site")
+    project = tomllib.loads(text("pyproject.toml"))["project"]
+    recipe = yaml.safe_load(text("packaging/conda/recipe.yaml"))
+    assert recipe["context"]["version"] == twistcore.__version__.split(".dev")[0]
+    python, *packages = [line.replace(" ", "") for line in recipe["requirements"]["run"]]
+    assert python == f"python{project['requires-python']}"
+    assert packages == project["dependencies"]
+    commands = [f"{name} = {call}" for name, call in project["scripts"].items()]
+    assert sorted(recipe["build"]["python"]["entry_points"]) == sorted(commands)
+    assert recipe["about"]["license"] == project["license"]
 
 
 def test_a_section_of_the_changelog_has_each_kind_of_change_once():

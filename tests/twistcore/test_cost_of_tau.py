@@ -123,7 +123,8 @@ def test_one_draw_or_none_is_no_trouble():
     one = errors([20.0, 30.0], [[1, 1, 0, 0], [1, 0, 0, 0]])
     one = DrawnErrors(one.size, one.frames, one.kind, np.zeros(2, int), one.repaired)
     cost = curve(one).cost(TAU[1])
-    assert cost.low < cost.fsr == 0.5 < cost.high
+    assert cost.fsr == pytest.approx(0.5)
+    assert cost.low < cost.fsr < cost.high
     none = TauCurve(TAU, np.zeros(4), 0, np.zeros(4), 1.0, (0.02,))
     cost = none.cost(TAU[0])
     assert math.isnan(cost.fsr)

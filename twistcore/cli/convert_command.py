@@ -1,4 +1,4 @@
-"""Run `twistcore convert`, which converts an FBX, glTF or Blender scene to BVH with Blender."""
+"""Run `twistcore convert`, which converts scenes to BVH with Blender, and clips to glTF."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ from twistcore.files.atomic import is_stream
 
 def add_convert(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `twistcore convert` to a parser."""
-    parser.add_argument("scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file")
+    parser.add_argument(
+        "scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file, or a clip"
+    )
     parser.add_argument(
         "-o",
         "--output",
         type=target,
         required=True,
-        metavar="OUT.bvh",
-        help="BVH to write; '-' is standard output",
+        metavar="OUT",
+        help="BVH to write, or .glb for a clip; '-' is standard output, for BVH",
     )
     parser.add_argument(
         "--blender",
@@ -43,7 +45,7 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
         "--unit",
         type=positive,
         metavar="METRES",
-        help="length of one unit of OUT.bvh (default: 0.01 for FBX, 1 for the others)",
+        help="length of one unit of the BVH or the clip (default: 0.01 for FBX, 1 for the others)",
     )
     parser.add_argument(
         "--time-limit",
@@ -55,7 +57,9 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
 
 
 def convert_command(arguments: argparse.Namespace) -> int:
-    """Write the BVH and return the exit code."""
+    """Write the BVH or the GLB, and return the exit code."""
+    if arguments.output.suffix.lower() == ".glb":
+        return _write_glb(arguments)
     from twistcore.formats import blender as scenes
     from twistcore.formats.blender.scene_motion import write_as_bvh  # scipy.spatial
 
@@ -85,4 +89,31 @@ def convert_command(arguments: argparse.Namespace) -> int:
     )
     for note in found.notes:
         tell_note(f"{output}: note: {note}")
+    return 0
+
+
+def _write_glb(arguments: argparse.Namespace) -> int:
+    from twistcore.formats.glb import write_glb
+    from twistcore.formats.reading import is_clip, read_clip
+    from twistcore.formats.suffixes import CLIP_SUFFIXES
+    from twistcore.skeleton.figure import figure_size
+    from twistcore.skeleton.motion import forward_kinematics
+
+    source, output = arguments.scene, arguments.output
+    if not is_clip(source):
+        names = ", ".join(CLIP_SUFFIXES)
+        raise TwistError(f"{source}: expected a clip, a file that ends in {names}, for a .glb")
+    for name in ("blender", "take", "armature", "time_limit"):
+        if getattr(arguments, name) is not None:
+            option = name.replace("_", "-")
+            raise TwistError(f"--{option} is for scenes, and {source} is a clip")
+    refuse_overwrite([output], [source])
+    motion = read_clip(source, fps=arguments.fps).motion
+    unit = arguments.unit or 1.0
+    write_glb(motion, output, unit=unit)
+    height = unit * figure_size(forward_kinematics(motion)[1], motion.skeleton)
+    remark(
+        f"{output}: {motion.frames} frames at {motion.fps:g} fps, {len(motion.skeleton)} joints; "
+        f"the figure is {height:.3g} m tall (--unit)"
+    )
     return 0

@@ -92,6 +92,11 @@ def why_not_written(name: PurePath | str, endings: str) -> str:
 
     `endings` names the supported suffixes in the message, such as '.bvh'.
     """
+    if PurePath(name).suffix.lower() == ".glb":
+        return (
+            f"expected a name that ends in {endings}, as the clip's own name does (`twistcore "
+            "convert` then makes a .glb of it)"
+        )
     kind = other_format(name)
     return kind and (
         f"expected a name that ends in {endings}, as the clip's own name does, because {kind}"

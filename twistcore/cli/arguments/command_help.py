@@ -231,11 +231,13 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "convert": CommandHelp(
-        "write the skeleton of an FBX, glTF or .blend file as BVH",
+        "write the skeleton of an FBX, glTF or .blend file as BVH, or a clip as glTF",
         "Blender reads the file in a process of its own, so Blender must be installed "
-        "(docs/pipelines.md).",
+        "(docs/pipelines.md). A .glb is written without Blender: the joints and their animation, "
+        "without End Sites.",
         (
             "twistcore convert take.fbx -o take.bvh",
+            "twistcore convert walk.bvh -o walk.glb --unit 0.056444",
             "twistcore convert scene.glb -o dance.bvh --take Dance --blender /opt/blender/blender",
         ),
     ),

@@ -49,9 +49,9 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
         return None
     one *= digit
     # The entry at i is the value of up to two digits that end at i + 1, or of up to four that end
-    # at i + 3.
+    # at i + 3. The latter need 16 bits, and numpy 1 would multiply in 8.
     two = one[:-1] * 10 * digit[1:] + one[1:]
-    four = two[:-2] * np.uint16(100) * pair[2:] + two[2:]
+    four = np.multiply(two[:-2], 100, dtype=np.uint16) * pair[2:] + two[2:]
     values = four.take(at - 4).astype(np.float64)
     for decimals, of in groups:
         part, next_at, left = values[of], at[of] + 1, decimals
