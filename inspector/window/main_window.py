@@ -65,6 +65,7 @@ class MainWindow(Parts):
             self.document, settings, MENUS, self.actions_by_id, ticks, self
         )
         self.colours = self.program.colours
+        self.program.colour()  # before there are widgets whose style would change
         self.program.take_settings()
         self.docks, self.built = {}, {}
         self._build_views()
@@ -72,7 +73,6 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # again, because a widget that gets a parent loses its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
