@@ -66,7 +66,7 @@ class HostWindow(QMainWindow):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Return a public attribute of the parts that the features have built."""
+            """Return a public attribute or property of the parts that the features have built."""
             for part in vars(self).get("built", {}).values():
                 own = isinstance(getattr(type(part), name, None), property)
                 if not name.startswith("_") and (own or name in vars(part)):
@@ -87,7 +87,10 @@ class HostWindow(QMainWindow):
 
 
 class FeatureParts:
-    """The parts that a feature builds. Their public attributes become attributes of the window."""
+    """The parts that a feature builds.
+
+    Their public attributes and properties become attributes of the window.
+    """
 
     def connect(self, window: HostWindow) -> None:
         """Create the parts that need docks, and connect this feature with others."""
