@@ -96,8 +96,7 @@ def test_a_panel_built_late_is_the_same_as_one_that_was_there_from_the_start(
             panel.costs.watch(False)  # the same state of the measurement in both
         qtbot.wait(50)
         actions = {a: (b.isEnabled(), b.text()) for a, b in window.actions_by_id.items()}
-        size = window.docks[name].size(), window.docks[name].minimumSizeHint()
-        shown.append((looks(panel), actions, size))
+        shown.append((looks(panel), actions, window.docks[name].minimumSizeHint()))
         assert DARK.surface in shown[-1][0][0] or name == "teaching"
         assert LIGHT.surface not in str(shown[-1][0])
         close_window(qtbot, window)
