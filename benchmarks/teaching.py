@@ -30,6 +30,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport import opengl
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, Colours
+from inspector.widgets.typeset import Typesetter
 from tests.gui.waiting import wait
 
 CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
@@ -48,12 +49,12 @@ def measure(clip: Path, frames: int) -> Figures:
     colours = Colours(DARK)
     viewport, timeline = Viewport(document, colours), Timeline(document, colours)
     taught = TaughtFrame(document)
-    panel = TeachingPanel(taught, viewport, timeline, [])
+    panel = TeachingPanel(taught, viewport, timeline, [], Typesetter())
     for widget, size in ((viewport, (1280, 411)), (panel, (545, 640))):
         widget.resize(*size)
         widget.show()
         QTest.qWaitForWindowExposed(widget)
-    panel.set_shown(True)
+    panel.set_seen(True)
     while not panel.typesetter.done:
         wait(20)
     document.select_chain("LeftForeArm")
@@ -72,7 +73,7 @@ def measure(clip: Path, frames: int) -> Figures:
     spent: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     for part in np.array_split(order, 4):
         for on, values in spent.items():
-            panel.set_shown(on)
+            panel.set_seen(on)
             wait(300)
             scrub(0)
             values += [scrub(int(f)) for f in part]

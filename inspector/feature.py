@@ -65,6 +65,16 @@ class HostWindow(QMainWindow):
     docks: dict[str, QDockWidget]
     built: dict[str, FeatureParts]
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> object:
+            """Return a public attribute or property of the parts that the features have built."""
+            for part in vars(self).get("built", {}).values():
+                own = isinstance(getattr(type(part), name, None), property)
+                if not name.startswith("_") and (own or name in vars(part)):
+                    return getattr(part, name)
+            raise AttributeError(f"the window has no attribute {name!r}", name=name, obj=self)
+
     def part(self, feature: Feature[Built]) -> Built:
         """Return the parts that a feature has built for this window."""
         return cast("Built", self.built[feature.name])
@@ -79,7 +89,10 @@ class HostWindow(QMainWindow):
 
 
 class FeatureParts:
-    """The parts that a feature builds. Their public attributes become attributes of the window."""
+    """The parts that a feature builds.
+
+    Their public attributes and properties become attributes of the window.
+    """
 
     def connect(self, window: HostWindow) -> None:
         """Create the parts that need docks, and connect this feature with others."""
@@ -134,6 +147,8 @@ class ActionRow(Generic[T]):
         'clip' if the row needs an open clip, 'figure' if it also needs the 3D view, or ''.
     in_list
         True if the row is also in the context menu of the panel's list.
+    ready
+        False if the row is disabled until its feature enables it.
     tool
         The button in the toolbar, or None.
     verdict
@@ -149,6 +164,7 @@ class ActionRow(Generic[T]):
     group: str = field(default="", kw_only=True)
     needs: Needs = field(default="", kw_only=True)
     in_list: bool = field(default=False, kw_only=True)
+    ready: bool = field(default=True, kw_only=True)
     tool: Tool | None = field(default=None, kw_only=True)
     verdict: bool = field(default=False, kw_only=True)
     checkable: ClassVar[bool] = False

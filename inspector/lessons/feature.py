@@ -25,7 +25,7 @@ class Lessons(FeatureParts):
     """The guide card and the actions of the Teach menu."""
 
     def __init__(self, window: HostWindow) -> None:
-        self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
+        self.guide = GuideCard(window.part(teaching).typesetter, window.colours)
 
     def connect(self, window: HostWindow) -> None:
         """Connect the lessons to the parts of the window that they control."""

@@ -66,6 +66,7 @@ class Transport(QWidget):
             self.slider, self._row, owner=self, margins=(_MARGIN, 2, _MARGIN, 2), spacing=2
         )
         self._in_row = False  # True if the slider is in the row of the buttons
+        self._place_slider(in_row=True)  # at once, because most windows are wide enough
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)

@@ -15,7 +15,9 @@ from inspector.feature import (
 from inspector.language import tr
 from inspector.quality.jitter_note import JitterNote
 from inspector.quality.quality_panel import QualityPanel
-from inspector.widgets.building import bring_to_front, scrolled
+from inspector.quality.tracked_clip import Tracked
+from inspector.widgets.building import bring_to_front
+from inspector.widgets.late_panel import LatePanel
 from twistcore.detection import Interval, Kind
 
 
@@ -23,22 +25,44 @@ class Quality(FeatureParts):
     """The quality tab. The 3D view also shows the tracked joints."""
 
     def __init__(self, window: HostWindow) -> None:
-        colours, actions = window.colours, window.actions_by_id
-        self.quality = QualityPanel(window.document, colours, actions)
-        window.viewport.accompany(self.quality.tracked)
-        self.jitter_note = JitterNote(window.document, self.quality)
+        document, colours, actions = window.document, window.colours, window.actions_by_id
+        tracked = self.tracked = Tracked(document, window)
+        self.quality_area = LatePanel(lambda: QualityPanel(document, colours, actions, tracked))
+        window.viewport.accompany(tracked)
+        self.jitter_note = JitterNote(document, window)
+
+    @property
+    def quality(self) -> QualityPanel:
+        """The panel of the tab."""
+        return self.quality_area.panel
 
     def connect(self, window: HostWindow) -> None:
         """Compute measures while the tab is visible, and react to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         to_track = (tr("Quality → Track"), self._show_tracking)
         self.jitter_note.trembles.connect(lambda text: window.bar.append_offer(text, [to_track]))
-        self._dock.visibilityChanged.connect(self.quality.set_seen)
+        self._dock.visibilityChanged.connect(self.quality_area.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
+        self._actions = window.actions_by_id
+        for signal in (
+            self.tracked.changed,
+            self._document.opened,
+            self._document.intervals_changed,
+        ):
+            signal.connect(self._enable_actions)
 
     def show(self) -> None:
         """Bring the quality tab to the front."""
         bring_to_front(self._dock)
+
+    def _enable_actions(self) -> None:
+        data = self._document.data
+        tracking = self._document.review.state.tracking if data is not None else None
+        self._actions["cancel_tracking"].setEnabled(self.tracked.asked is not None)
+        self._actions["stop_tracking"].setEnabled(tracking is not None)
+        if not self.quality_area.built:  # the panel knows which joints are selected
+            ready = data is not None and not self.tracked.running
+            self._actions["track_joints"].setEnabled(ready)
 
     def _show_tracking(self) -> None:
         """Show the page for tracking joints."""
@@ -59,7 +83,9 @@ class Quality(FeatureParts):
     def close(self) -> None:
         """Stop all computations."""
         self.jitter_note.stop()
-        self.quality.close_clip()
+        self.tracked.close()
+        if self.quality_area.built:
+            self.quality.stop()
 
 
 # fmt: off
@@ -70,12 +96,14 @@ _ROWS: tuple[ActionRow[Quality] | None, ...] = (
     None,
     ActionSpec("track_joints", tr("Track with QuaMo"), (),
                tr("Smooth the joints selected in the quality tab, after the twist correction"),
+               ready=False,
                do=lambda p: p.quality.track()),
     ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the running tracking"),
-               do=lambda p: p.quality.tracked.cancel()),
+               ready=False,
+               do=lambda p: p.tracked.cancel()),
     ActionSpec("stop_tracking", tr("Stop tracking"), (),
-               tr("Remove the tracking from all joints; undo restores it"),
-               do=lambda p: p.quality.tracked.stop()),
+               tr("Remove the tracking from all joints; undo restores it"), ready=False,
+               do=lambda p: p.tracked.stop()),
 )
 # fmt: on
 
@@ -88,7 +116,7 @@ feature = Feature(
             "quality",
             tr("Quality"),
             Area.RightDockWidgetArea,
-            lambda p: scrolled(p.quality),
+            lambda p: p.quality_area,
             tab=True,
         ),
     ),

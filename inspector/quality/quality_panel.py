@@ -38,12 +38,12 @@ class QualityPanel(QWidget):
     """The measures of all joints, and the tracking of the joints that are selected in the table."""
 
     def __init__(
-        self, document: Document, colours: Colours, actions: Mapping[str, QAction]
+        self, document: Document, colours: Colours, actions: Mapping[str, QAction], tracked: Tracked
     ) -> None:
         super().__init__()
         self._document, self._actions, self._colours = document, actions, colours
         self.evidence = QualityEvidence(document, self)
-        self.tracked = Tracked(document, self)
+        self.tracked = tracked
         self.measure = 0
         self._picked = False  # True if the user has selected rows; if not, all joints are tracked
         self._pending: tuple[str, ...] = ()  # joints to select as soon as their rows exist
@@ -101,17 +101,16 @@ class QualityPanel(QWidget):
         self.tabs.addTab(self.page, tr("Track with QuaMo"))
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
-    def set_seen(self, on: bool) -> None:
+    def set_seen(self, seen: bool) -> None:
         """Compute measures while the tab is visible, and stop doing so when it is hidden."""
-        self.evidence.watch(on)
-        if on:
+        self.evidence.watch(seen)
+        if seen:
             self._stale.mark()
 
-    def close_clip(self) -> None:
+    def stop(self) -> None:
         """Stop all computations, because the window is closing."""
         self.evidence.watch(False)
         self.evidence.stop()
-        self.tracked.close()
 
     # -- the selection ------------------------------------------------------------------------
 
@@ -229,8 +228,6 @@ class QualityPanel(QWidget):
         chosen = self.chosen
         tracking = self._document.review.state.tracking if data else None
         self._actions["track_joints"].setEnabled(bool(chosen) and not self.tracked.running)
-        self._actions["cancel_tracking"].setEnabled(self.tracked.asked is not None)
-        self._actions["stop_tracking"].setEnabled(tracking is not None)
         picked, result = self._picked, self.tracked.result
         self.model.mark_tracked(
             frozenset(tracking.joints if tracking else ()),

@@ -211,6 +211,8 @@ class Equations(QWidget):
         grid.setRowStretch(row + 1, 1)
         typesetter.ready.connect(self._measured)
         taught.rows_changed.connect(lambda: self.show_only(taught.rows or None))
+        if taught.rows:
+            self.show_only(taught.rows)
 
     def _add(self, grid: QGridLayout, row: int, equation: Equation, typesetter: Typesetter) -> None:
         line = next((row for part, row in _HIGHER_ROWS.items() if part in equation.right), _ROW)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QWidget
-
 from inspector.feature import (
     ActionRow,
     ActionSpec,
@@ -17,25 +15,46 @@ from inspector.feature import (
 from inspector.language import tr
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
-from inspector.widgets.building import bring_to_front, scrolled
+from inspector.widgets.building import bring_to_front
+from inspector.widgets.late_panel import LatePanel
+from inspector.widgets.typeset import Typesetter
 
 
 class Teaching(FeatureParts):
     """The teaching tab, and the frame that it explains."""
 
     def __init__(self, window: HostWindow) -> None:
-        actions = window.actions_by_id
+        self._window = window
         self.taught = TaughtFrame(window.document, window)
+        self.typesetter = Typesetter(window)
+        self.teaching_area = LatePanel(self._build)
+
+    def _build(self) -> TeachingPanel:
+        window, actions = self._window, self._window.actions_by_id
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
-        self.teaching = TeachingPanel(self.taught, window.viewport, window.timeline, shown)
-        self.teaching.moved_far.connect(actions["focus_chain"].trigger)
+        panel = TeachingPanel(self.taught, window.viewport, window.timeline, shown, self.typesetter)
+        panel.moved_far.connect(actions["focus_chain"].trigger)
+        # The minimum width depends on the typeset symbols.
+        panel.least_width.connect(self.teaching_area.setMinimumWidth)
+        return panel
+
+    @property
+    def teaching(self) -> TeachingPanel:
+        """The panel of the tab."""
+        return self.teaching_area.panel
 
     def connect(self, window: HostWindow) -> None:
         """Connect the tab to the window. Teaching is active while the tab is visible."""
-        self._dock, self._window = window.docks["teaching"], window
-        self._dock.visibilityChanged.connect(self._set_shown)
+        self._dock = window.docks["teaching"]
+        self._dock.visibilityChanged.connect(self._set_seen)
+        self.typesetter.ready.connect(self._report)
 
-    def _set_shown(self, on: bool) -> None:
+    def _report(self) -> None:
+        """Show a message if a formula of the tab or of a lesson could not be typeset."""
+        if why := self.typesetter.trouble or self.typesetter.left_out:
+            self._window.document.message.emit(why, True)
+
+    def _set_seen(self, on: bool) -> None:
         """Activate teaching, or deactivate it if `on` is False.
 
         While teaching is active, the 3D view shows a single figure without the striped skin,
@@ -46,13 +65,7 @@ class Teaching(FeatureParts):
         for look in ("skin", "side_by_side"):
             wanted = not on and bool(self._window.settings.value(look))
             self._window.actions_by_id[look].setChecked(wanted)
-        self.teaching.set_shown(on)
-
-    def content(self) -> QWidget:
-        """Return the content of the dock, whose minimum width depends on the typeset symbols."""
-        area = scrolled(self.teaching)
-        self.teaching.least_width.connect(area.setMinimumWidth)
-        return area
+        self.teaching_area.set_seen(on)
 
     def show(self) -> None:
         """Bring the teaching tab to the front."""
@@ -73,6 +86,12 @@ feature = Feature(
     Teaching,
     rows=(MenuRows("Teach", _ROWS),),
     panels=(
-        DockPanel("teaching", tr("Teaching"), Area.RightDockWidgetArea, Teaching.content, tab=True),
+        DockPanel(
+            "teaching",
+            tr("Teaching"),
+            Area.RightDockWidgetArea,
+            lambda p: p.teaching_area,
+            tab=True,
+        ),
     ),
 )

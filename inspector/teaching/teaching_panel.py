@@ -34,12 +34,17 @@ class TeachingPanel(QWidget):
     moved_far = Signal()  # a slider was released, so that the limb may be out of view
 
     def __init__(
-        self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
+        self,
+        taught: TaughtFrame,
+        viewport: Viewport,
+        timeline: Timeline,
+        actions: list[QAction],
+        typesetter: Typesetter,
     ) -> None:
         """Set up the panel, with buttons for `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
-        self.typesetter = Typesetter(self)
+        self.typesetter = typesetter
         self._size = QFontInfo(QApplication.font()).pixelSize()  # font size in pixels
         self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
         self.title = Headline()
@@ -78,6 +83,9 @@ class TeachingPanel(QWidget):
         taught.document.intervals_changed.connect(self._retitled)
         self.typesetter.ready.connect(self._typeset)
         viewport.colours.follow(self._colour)
+        self.equations.show_lit(taught.lit)
+        if self.typesetter.done:
+            self._typeset()
 
     def set_scale(self, scale: float) -> None:
         """Scale the text of the equations; 1 is the normal size."""
@@ -134,8 +142,6 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _typeset(self) -> None:
-        if why := self.typesetter.trouble or self.typesetter.left_out:
-            self._taught.document.message.emit(why, True)
         self.refresh()
         # The widest row determines the minimum width of the tab.
         layout = self.equations.layout()
@@ -146,15 +152,15 @@ class TeachingPanel(QWidget):
         self.scroll_area.setMinimumWidth(width + bar)
         self.least_width.emit(self.minimumSizeHint().width())
 
-    def set_shown(self, on: bool) -> None:
-        """Activate the tab, or deactivate it if `on` is False. Typeset the formulas on first use.
+    def set_seen(self, seen: bool) -> None:
+        """Activate the tab, or deactivate it if `seen` is False.
 
-        The dock calls this method, because Qt sends no show or hide event to a hidden tab.
+        The formulas are typeset when the tab is first visible.
         """
-        if on == self._taught.active:
+        if seen == self._taught.active:
             return
-        self._taught.set_active(on)
-        if on:
+        self._taught.set_active(seen)
+        if seen:
             self.typesetter.start(typeset_texts())
             self._viewport.focus_chain()
         else:

@@ -36,6 +36,7 @@ class ConfidencePage(QWidget):
         colours.changed.connect(self.refresh)
         for signal in (evidence.changed, document.confidence_changed, document.opened):
             signal.connect(self.refresh)
+        self.refresh()
 
     def _build(self) -> None:
         self.hint = hint(_NOTHING)

@@ -17,24 +17,37 @@ from inspector.folder.feature import feature as folder
 from inspector.language import tr
 from inspector.tuning.tuning_actions import TuningActions
 from inspector.tuning.tuning_panel import Scope, TuningPanel
-from inspector.widgets.building import bring_to_front, scrolled
+from inspector.tuning.verdict_evidence import VerdictEvidence
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.building import bring_to_front
+from inspector.widgets.late_panel import LatePanel
 
 
 class Tuning(FeatureParts):
     """The tuning tab and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
-        colours, actions = window.colours, window.actions_by_id
-        self.tuning = TuningPanel(window.document, colours, actions, window.settings)
+        document, colours, actions = window.document, window.colours, window.actions_by_id
+        wishes = Wishes(window.settings, window)
+        evidence = self._evidence = VerdictEvidence(document, wishes, window)
+        self.tuning_area = LatePanel(
+            lambda: TuningPanel(document, colours, actions, wishes, evidence)
+        )
+
+    @property
+    def tuning(self) -> TuningPanel:
+        """The panel of the tab."""
+        return self.tuning_area.panel
 
     def connect(self, window: HostWindow) -> None:
         """Connect the tab to the window. The tab computes costs only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
-        self._dock.visibilityChanged.connect(self.tuning.set_seen)
+        self._dock.visibilityChanged.connect(self.tuning_area.set_seen)
         queue = window.part(folder).queue
         self.tuning_actions = TuningActions(
-            window.document, queue, window.bar, self.tuning, self._dock, window
-        )
+            window.document, queue, window.bar, self.tuning_area.build,
+            self._evidence.performers, self._dock, window,
+        )  # fmt: skip
 
     def show(self) -> None:
         """Bring the tuning tab to the front."""
@@ -46,7 +59,7 @@ class Tuning(FeatureParts):
 
     def close(self) -> None:
         """Stop all computations when the window closes."""
-        self.tuning.set_seen(False)
+        self.tuning_area.set_seen(False)
 
 
 # fmt: off
@@ -65,7 +78,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                group="scope",
                do=lambda p: p.tuning.set_scope(Scope.ALL)),
     ActionSpec("suggest_tau", tr("Suggest τ"), ("Ctrl+U",),
-               tr("Set τ to the best value for errors injected into this clip"),
+               tr("Set τ to the best value for errors injected into this clip"), ready=False,
                do=lambda p: p.tuning.suggest()),
     None,
     ActionSpec("next_bar", tr("Next bar of the histogram"), (),
@@ -94,9 +107,9 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Compare a profile with the current τ, or two profiles"),
                needs="clip", do=lambda p: p.tuning_actions.compare_profiles()),
     ActionSpec("take_profile", tr("Use the compared profile"), (),
-               tr("Use the τ of the compared profile"),
+               tr("Use the τ of the compared profile"), ready=False,
                do=lambda p: p.tuning_actions.take_profile()),
-    ActionSpec("close_comparison", tr("Close comparison"),
+    ActionSpec("close_comparison", tr("Close comparison"), ready=False,
                do=lambda p: p.tuning.profiles.set_compared(())),
     Switch("both_costs", tr("Costs of both detectors"), (),
            tr("Compare the detectors, each at its suggested and its automatic τ"),
@@ -117,7 +130,7 @@ feature = Feature(
     rows=(MenuRows("Tuning", _ROWS),),
     panels=(
         DockPanel(
-            "tuning", tr("Tuning"), Area.RightDockWidgetArea, lambda p: scrolled(p.tuning), tab=True
+            "tuning", tr("Tuning"), Area.RightDockWidgetArea, lambda p: p.tuning_area, tab=True
         ),
     ),
 )

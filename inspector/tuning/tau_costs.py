@@ -85,6 +85,7 @@ class Costs(QObject):
         self._judged: tuple[object, ...] | None = None
         # The counts of the current detector, keyed by capture, chain and τ.
         self._counted: dict[tuple[Capture | None, str, float], ListCounts] = {}
+        self._stop_if_outdated()
 
     # -- what views read ----------------------------------------------------------------------
 

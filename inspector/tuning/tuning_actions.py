@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 from inspector.folder.queue import FolderQueue
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.tuning.remembered_profiles import ProfileOffers
+from inspector.tuning.remembered_profiles import Performers, ProfileOffers
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel
 from inspector.widgets.building import bring_to_front
@@ -30,12 +30,16 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """The actions that load, save and compare profiles of τ, for this clip and for the folder."""
+    """The actions that load, save and compare profiles of τ, for this clip and for the folder.
+
+    `panel` is a function that returns the panel of the tuning tab.
+    """
 
     document: Document
     queue: FolderQueue
     bar: MessageBar
-    tuning: TuningPanel
+    panel: Callable[[], TuningPanel]
+    performers: Performers
     dock: QDockWidget
     window: QWidget
 
@@ -103,7 +107,7 @@ class TuningActions:
             return
         method = self.document.review.state.method
         try:
-            write_profile(path, self.tuning.tuned(), data.clip.name, method)
+            write_profile(path, self.panel().tuned(), data.clip.name, method)
         except OSError as error:
             why = of_core(error.strerror)
             self.bar.show_message(tr("{path} was not written ({why}).", path=path, why=why), True)
@@ -123,13 +127,13 @@ class TuningActions:
         read = [(path, self._read(path)) for path in paths]
         columns = [Column(p.name, profile) for p, profile in read if profile]
         if len(columns) == len(paths):
-            self.tuning.profiles.set_compared(columns)
+            self.panel().profiles.set_compared(columns)
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
         """Use the τ of the compared profile or, if there are two profiles, of the right one."""
-        if self.tuning.profiles.model.others:
-            column = self.tuning.profiles.model.others[-1]
+        if others := self.panel().profiles.model.others:
+            column = others[-1]
             self._take(column.profile, column.name)
 
     def _read(self, path: Path) -> Profile | None:
@@ -142,9 +146,8 @@ class TuningActions:
 
     def __post_init__(self) -> None:
         """Offer saved profiles whenever a clip is opened."""
-        performers = self.tuning.evidence.performers
         offer = self.bar.append_offer
-        self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
+        self.offers = ProfileOffers(self.document, self.performers, offer, self.window)
 
     # -- frames left out of tuning -----------------------------------------------------------
 

@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
 
 from inspector.language import of_core, tr, tr_as
 from inspector.session.document import BLIND, Document
-from inspector.session.settings import Settings
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.confidence_page import ConfidencePage
 from inspector.tuning.curves_page import CurvesPage
@@ -61,13 +60,13 @@ class TuningPanel(QWidget):
         document: Document,
         colours: Colours,
         actions: Mapping[str, QAction],
-        settings: Settings,
+        wishes: Wishes,
+        evidence: VerdictEvidence,
     ) -> None:
         super().__init__()
         self._document, self._actions = document, actions
-        self.wishes = Wishes(settings, self)
+        self.wishes, self.evidence = wishes, evidence
         self.costs = Costs(document, self.wishes, self)
-        self.evidence = VerdictEvidence(document, self.wishes, self)
         self.scope = Scope.CHAIN
         self._drag = 0
         # The τ at the beginning of a drag, in radians, keyed by chain
@@ -90,6 +89,8 @@ class TuningPanel(QWidget):
         self.costs.changed.connect(self._stale.mark_all)
         self.wishes.changed.connect(self._stale.mark_all)
         self._enable(False)
+        if document.data is not None:
+            self.profiles.model.reset()
 
     # -- building -----------------------------------------------------------------------------
 
@@ -150,10 +151,7 @@ class TuningPanel(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def set_seen(self, seen: bool) -> None:
-        """Measure and draw only while the tab is visible.
-
-        The dock calls this method, because Qt does not hide a panel behind another tab.
-        """
+        """Measure and draw only while the tab is visible."""
         self._seen = seen
         self._watch()
         if seen:

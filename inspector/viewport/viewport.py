@@ -325,14 +325,16 @@ class Viewport(Steering):
         self._place_overlays()
         if self._framed:
             self.set_view(self._framed)
-        self._schedule()  # labels of a guest have positions in pixels
+        if self._scene is not None:
+            self._schedule()  # labels of a guest have positions in pixels
         QToolTip.hideText()  # the name of the bone under the mouse has one, too
 
     def showEvent(self, event: QShowEvent) -> None:
         """Draw changes that were made while the view was hidden."""
         super().showEvent(event)
-        self._schedule()
-        if self._scene is None and not self._warmed:
+        if self._scene is not None:
+            self._schedule()
+        elif not self._warmed:
             self._warmed = True
             self._warmer.start()
 

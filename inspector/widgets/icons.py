@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QIcon, QPainter, QPixmap
 from PySide6.QtSvg import QSvgRenderer
@@ -30,9 +32,14 @@ def program_icon() -> QIcon:
 
 def icon(name: str, theme: Theme) -> QIcon:
     """Return an icon in the text colour, with a paler version for disabled buttons."""
-    drawing = (ICONS / f"{name}.svg").read_bytes()
+    return _painted((ICONS / f"{name}.svg").read_bytes(), theme.text, theme.faint)
+
+
+@cache
+def _painted(drawing: bytes, text: str, faint: str) -> QIcon:
+    """Return an icon from an SVG drawing, in a colour for each state of a button."""
     made = QIcon()
-    for mode, colour in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.faint)):
+    for mode, colour in ((QIcon.Mode.Normal, text), (QIcon.Mode.Disabled, faint)):
         renderer = QSvgRenderer(drawing.replace(b"#000", colour.encode()))
         for scale in _SCALES:
             made.addPixmap(_drawn(renderer, SIDE, scale), mode)

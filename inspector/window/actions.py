@@ -73,6 +73,8 @@ def build_actions(
             action.setAutoRepeat(not row.verdict)
             action.setCheckable(row.checkable or bool(row.group))
             action.setChecked(row.checked)
+            if not row.ready:
+                action.setEnabled(False)
             if row.group:
                 groups.setdefault(row.group, QActionGroup(window)).addAction(action)
             window.addAction(action)

@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
-from inspector.feature import Area, FeatureParts
+from inspector.feature import Area
 from inspector.language import tr
 from inspector.panels.start_page import StartPage
 from inspector.session.document import Document
@@ -65,6 +65,7 @@ class MainWindow(Parts):
             self.document, settings, MENUS, self.actions_by_id, ticks, self
         )
         self.colours = self.program.colours
+        self.program.colour()  # before there are widgets whose style would change
         self.program.take_settings()
         self.docks, self.built = {}, {}
         self._build_views()
@@ -72,7 +73,6 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # again, because a widget that gets a parent loses its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
@@ -91,13 +91,6 @@ class MainWindow(Parts):
         self.timeline = Timeline(self.document, self.colours)
         for feature in FEATURES:
             self.built[feature.name] = feature.build(self)
-            self._publish(self.built[feature.name])
-
-    def _publish(self, part: FeatureParts) -> None:
-        """Make the public attributes of a feature available as attributes of the window."""
-        for name, built in vars(part).items():
-            if not name.startswith("_"):
-                setattr(self, name, built)
 
     def _build_docks(self) -> None:
         # The right column is as high as the window, so the curves are only below the figure.
@@ -135,7 +128,6 @@ class MainWindow(Parts):
         self.presentation = Presentation(self, self.docks, self.viewport, self.timeline)
         for part in self.built.values():
             part.connect(self)
-            self._publish(part)
         self.files = FileActions(
             window=self,
             tell_saved=self.signs.show,

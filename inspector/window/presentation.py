@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QScrollArea, QStatusBar,
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.late_panel import LatePanel
 from inspector.window.low_window import is_seen, show_title
 
 _KEPT = ("curves", "teaching", "guide")  # docks that stay visible if they are visible
@@ -111,4 +112,6 @@ class Presentation:
     def _content(self, name: str) -> QWidget | None:
         """Return the content of a dock, without its scroll area."""
         shown = self._docks[name].widget()
+        if isinstance(shown, LatePanel):
+            shown.build()
         return shown.widget() if isinstance(shown, QScrollArea) else shown

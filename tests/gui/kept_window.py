@@ -6,6 +6,7 @@ of most tests. A test that needs a new one (first start, settings in a file) ask
 
 from copy import deepcopy
 from dataclasses import fields
+from functools import partial
 
 import shiboken6
 from PySide6.QtWidgets import (
@@ -17,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.session.settings import Settings
+from inspector.widgets.late_panel import LatePanel
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from tests.gui.windows import wait_until_active
@@ -36,7 +38,9 @@ class KeptWindow:
         self._layout = self.window.saveState()
         actions = self.window.actions_by_id.values()
         self._switches = {a: a.isChecked() for a in actions if a.isCheckable()}
-        self._values = [(o, _value(o)) for o in self._inputs()]
+        self._values = _values_in(self.window)
+        for area in self.window.findChildren(LatePanel):
+            area.make = partial(self._note_values, area.make)
 
     def fits(self, settings: Settings, size: tuple[int, int] | None) -> bool:
         """Whether a new window would be the same."""
@@ -89,10 +93,17 @@ class KeptWindow:
         if self.window.document.data is not None:
             self.window.document.review.mark_saved()
 
-    def _inputs(self) -> list:
-        kinds = QComboBox, QLineEdit, QAbstractButton
-        found = [widget for kind in kinds for widget in self.window.findChildren(kind)]
-        return [w for w in found if _is_set_by_a_person(w)]
+    def _note_values(self, make):
+        """Build a panel, and note how it is when it is new."""
+        panel = make()
+        self._values += _values_in(panel)
+        return panel
+
+
+def _values_in(part) -> list:
+    kinds = QComboBox, QLineEdit, QAbstractButton
+    found = [widget for kind in kinds for widget in part.findChildren(kind)]
+    return [(widget, _value(widget)) for widget in found if _is_set_by_a_person(widget)]
 
 
 def _is_set_by_a_person(widget) -> bool:

@@ -19,6 +19,7 @@ from inspector.session.settings import Settings
 from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.widgets import theme as themes
 from inspector.widgets.keyed_list import KeyedList
+from inspector.widgets.late_panel import LatePanel
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.keyboard_page import KeyboardPage
@@ -372,6 +373,8 @@ def test_a_new_window_has_the_colours_of_the_system(
     monkeypatch.setattr(themes, "system_theme", lambda: theme)
     window = show_window(Settings())
     assert window.viewport.theme is theme
+    for area in window.findChildren(LatePanel):
+        area.build()
     as_made = style_sheets(window)
     window.program.apply_theme(theme)
     assert style_sheets(window) == as_made, "a view was made without its colours"

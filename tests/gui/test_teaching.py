@@ -25,6 +25,7 @@ from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT, Colours
+from inspector.widgets.typeset import Typesetter
 from tests.conftest import ASSETS
 from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
@@ -106,7 +107,7 @@ def test_every_number_is_the_cores(qtbot, tmp_path):
         document.show_clip(data)
         colours, taught = Colours(DARK), TaughtFrame(document)
         viewport = Viewport(document, colours)
-        panel = TeachingPanel(taught, viewport, Timeline(document, colours), [])
+        panel = TeachingPanel(taught, viewport, Timeline(document, colours), [], Typesetter())
         taught.set_active(True)
         for chain in data.chains[:CHAINS]:
             document.select_chain(chain.name)

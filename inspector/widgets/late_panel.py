@@ -1,0 +1,57 @@
+"""A panel that is built when it is first needed, so that the program starts sooner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar, cast
+
+from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+
+
+class SeenPanel(Protocol):
+    """A panel that works only while it is visible."""
+
+    def set_seen(self, seen: bool) -> None:
+        """Begin to work because the panel is visible, or stop if `seen` is False."""
+
+
+Panel = TypeVar("Panel", bound=SeenPanel)
+
+
+class LatePanel(QScrollArea, Generic[Panel]):
+    """A scroll area whose panel is built when it is first seen or used.
+
+    The area exists from the start, so that the dock has its place, its tab and its menu row.
+    """
+
+    def __init__(self, build: Callable[[], Panel]) -> None:
+        """Prepare the area. `build` is a function that returns the panel, a QWidget."""
+        super().__init__(widgetResizable=True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.make = build
+        self._panel: Panel | None = None
+
+    @property
+    def built(self) -> bool:
+        """True if the panel exists."""
+        return self._panel is not None
+
+    @property
+    def panel(self) -> Panel:
+        """The panel. It is built when this property is first read."""
+        return self.build()
+
+    def build(self) -> Panel:
+        """Build the panel unless it exists, and return it."""
+        if self._panel is None:
+            self._panel = self.make()
+            self.setWidget(cast("QWidget", self._panel))
+        return self._panel
+
+    def set_seen(self, seen: bool) -> None:
+        """Tell the panel whether it is visible. A panel that was never visible is not built.
+
+        The dock calls this method, because Qt does not hide a panel behind another tab.
+        """
+        if seen or self.built:
+            self.panel.set_seen(seen)
