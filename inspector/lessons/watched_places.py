@@ -61,6 +61,12 @@ class Dimming:
         A place that contains one of the given places is not dimmed, either.
         """
         watched = [widget for name in names for widget in self._places[name]]
+        # In Qt, a widget is its own ancestor
+        unwatched = [
+            widget
+            for widget in self._veils
+            if watched and not any(widget.isAncestorOf(one) for one in watched)
+        ]
         for widget, veil in self._veils.items():
-            clear = any(widget is one or widget.isAncestorOf(one) for one in watched)
-            veil.cover(bool(watched) and not clear)
+            around = [other for other in unwatched if other.isAncestorOf(widget)]
+            veil.cover(around == [widget])  # the veil of another one dims what is inside of it

@@ -286,9 +286,7 @@ class Knobs(QWidget):
             self.setGeometry(view.rect())
         self._theme, self._spots, self._ring = theme, spots, ring
         self._under, self._at, self.words = under, at, words
-        if not self.isVisible():
-            self.show()
-            self.raise_()
+        self.show()
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:

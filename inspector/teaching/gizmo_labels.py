@@ -90,9 +90,7 @@ class Labels(QWidget):
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
             ink = colour(MARKS[mark.symbol].family, theme)
             self._placed.append((formula, box, ink, bright))
-        if not self.isVisible():
-            self.show()
-            self.raise_()
+        self.show()
         self.update(before + self._region())
 
     def _free(

@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QEnterEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from inspector.bundled import LESSONS
 from inspector.lessons.lesson_file import read_lesson
@@ -33,15 +33,32 @@ def veil_of(widget):
     return widget.findChild(Veil, options=Qt.FindChildOption.FindDirectChildrenOnly)
 
 
+def is_dimmed(widget):
+    """Whether it or what it is inside of is below a veil."""
+    while widget is not None:
+        veil = veil_of(widget)
+        if veil is not None and veil.isVisible():
+            assert veil.size() == widget.size()
+            assert not above(veil)
+            return True
+        widget = widget.parentWidget()
+    return False
+
+
+def above(veil):
+    """The visible siblings that are painted after it, without scroll bars."""
+    every = veil.parentWidget().children()
+    later = [c for c in every[every.index(veil) + 1 :] if isinstance(c, QWidget) and c.isVisible()]
+    return [c for c in later if not c.objectName().startswith("qt_scrollarea")]
+
+
 def dimmed(window):
     """The names of the places that are on the screen below a veil."""
     names = set()
     for name, find in PLACES.items():
-        covers = [veil_of(widget) for widget in find(window) if is_on_screen(widget)]
-        shown = [cover for cover in covers if cover.isVisible()]
-        assert len(shown) in (0, len(covers)), name
-        assert all(cover.size() == cover.parentWidget().size() for cover in shown), name
-        names |= {name} if shown else set()
+        below = [is_dimmed(widget) for widget in find(window) if is_on_screen(widget)]
+        assert len(set(below)) <= 1, name
+        names |= {name} if any(below) else set()
     return names
 
 
