@@ -92,6 +92,8 @@ def test_a_panel_built_late_is_the_same_as_one_that_was_there_from_the_start(
             qtbot.waitUntil(lambda panel=panel: panel.typesetter.done, timeout=30_000)
         elif name == "quality":
             qtbot.waitUntil(lambda panel=panel: panel.evidence.known is not None)
+            gains = panel.page.gains  # described for screen readers after a pause
+            qtbot.waitUntil(lambda gains=gains: gains.accessibleDescription() != "")
         else:
             panel.costs.watch(False)  # the same state of the measurement in both
         qtbot.wait(50)
