@@ -69,4 +69,4 @@ class Dimming:
         ]
         for widget, veil in self._veils.items():
             around = [other for other in unwatched if other.isAncestorOf(widget)]
-            veil.cover(around == [widget])  # the veil of another one dims what is inside of it
+            veil.cover(around == [widget])  # not inside another dimmed place
