@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontInfo
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
@@ -58,6 +58,7 @@ class TeachingPanel(QWidget):
             owner=self.listed, margins=(0, 0, 0, 0), spacing=0,
         )  # fmt: skip
         self.scroll_area.setWidget(self.listed)
+        self.listed.installEventFilter(self)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Without enough room, the equations shrink; sliders and buttons keep their sizes.
@@ -137,14 +138,25 @@ class TeachingPanel(QWidget):
         if why := self.typesetter.trouble or self.typesetter.left_out:
             self._taught.document.message.emit(why, True)
         self.refresh()
-        # The widest row determines the minimum width of the tab.
+        self.scroll_area.setMinimumWidth(0)
+        self._widen()
+
+    def _widen(self) -> None:
+        """Make the tab as wide as its widest row, which may appear later than the other rows."""
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()
         width = self.listed.minimumSizeHint().width()
-        bar = self.scroll_area.verticalScrollBar().sizeHint().width()
-        self.scroll_area.setMinimumWidth(width + bar)
-        self.least_width.emit(self.minimumSizeHint().width())
+        width += self.scroll_area.verticalScrollBar().sizeHint().width()
+        if width > self.scroll_area.minimumWidth():
+            self.scroll_area.setMinimumWidth(width)
+            self.least_width.emit(self.minimumSizeHint().width())
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Widen the tab when a row appears or its value becomes longer."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._widen()
+        return super().eventFilter(watched, event)
 
     def set_shown(self, on: bool) -> None:
         """Activate the tab, or deactivate it if `on` is False. Typeset the formulas on first use.

@@ -176,3 +176,19 @@ def test_a_lesson_is_given_to_a_room(qtbot, at_forearm):
     assert (QFontInfo(guide.body.font()).pixelSize(), formula.sizeHint().height()) == small
     qtbot.keyClick(at_forearm, Qt.Key.Key_PageUp)  # belongs to lists again
     assert player.at == 4
+
+
+@pytest.mark.thorough
+def test_no_equation_of_a_lesson_is_cut_off(qtbot, at_forearm):
+    """The tab is as wide as the rows of every page, not only those of the first."""
+    player = play(qtbot, at_forearm, LESSONS / "3-1-definition.md")
+    teaching = at_forearm.teaching
+    qtbot.waitUntil(lambda: teaching.typesetter.done)
+    act(at_forearm, "presentation")
+    for _ in player.pages:
+        player.show_me.click()
+        qtbot.wait(50)
+        room = teaching.scroll_area.viewport().width()
+        assert room >= teaching.listed.minimumSizeHint().width()
+        player.forward.click()
+    act(at_forearm, "presentation")
