@@ -129,7 +129,7 @@ class LessonActions:
         lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
         names = [path.name for path in lessons]
         name = self._lesson.path.name
-        text = tr("{title} is finished. What next?", title=self._lesson.title)
+        text = tr("'{title}' is finished. What next?", title=self._lesson.title)
         answers: list[tuple[str, Callable[[], object]]] = [(tr("Exercise"), self.exercise)]
         following = names.index(name) + 1 if name in names else len(names)
         if following < len(lessons):
