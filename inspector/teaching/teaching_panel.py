@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontInfo
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
-from inspector.language import tr
+from inspector.language import of_core, tr
 from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
@@ -118,14 +118,14 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = (
-                tr("{limb} is a limb: select a chain", limb=limb.label)
+                tr("{limb} is a limb: select a chain", limb=of_core(limb.label))
                 if limb is not None
                 else _EMPTY
             )
             self.title.setText(as_rich(whole))
             return
         frame = document.frame + document.first_frame
-        title = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
+        title = tr("{chain}, frame {frame}", chain=of_core(chain.label), frame=frame)
         self.title.setText(as_rich(title))
 
     def _lit(self) -> None:
