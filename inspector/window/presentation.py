@@ -89,6 +89,7 @@ class Presentation:
         self._show_titles(shown=True)
         window.menuBar().show()
         window.statusBar().show()
+        window.statusBar().clearMessage()  # Qt would draw it on top of the frame
         self.set_full_screen(self._full)
         window.restoreState(layout)
         # A lesson may have begun, ended or turned to a page with another tab
