@@ -55,6 +55,7 @@ class LessonActions:
         self.player = LessonPlayer(self.program, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.page_export = PageExport(self.window, self.program.document.message.emit)
+        self.dock.toggleViewAction().setEnabled(False)
         self._add_menu()
         self._add_page_keys()
         self.player.began.connect(lambda: self._show_guide(self._title))
@@ -130,7 +131,7 @@ class LessonActions:
         lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
         names = [path.name for path in lessons]
         name = self._lesson.path.name
-        text = tr("{title} is finished. What next?", title=self._lesson.title)
+        text = tr("'{title}' is finished. What next?", title=self._lesson.title)
         answers: list[tuple[str, Callable[[], object]]] = [(tr("Exercise"), self.exercise)]
         following = names.index(name) + 1 if name in names else len(names)
         if following < len(lessons):
@@ -184,6 +185,7 @@ class LessonActions:
     def _show_guide(self, title: str) -> None:
         self._list_as_before = self.program.list_all()  # a page may refer to any interval
         self.dock.setWindowTitle(as_entry(title))
+        self.dock.toggleViewAction().setEnabled(True)
         bring_to_front(self.dock)
         self.window.statusBar().clearMessage()
         self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
@@ -191,6 +193,7 @@ class LessonActions:
 
     def _close_guide(self) -> None:
         self.dock.hide()
+        self.dock.toggleViewAction().setEnabled(False)
         if self._list_as_before is not None:
             self._list_as_before()
             self._list_as_before = None

@@ -592,19 +592,20 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
     edges = evidence.get("edges", ())
     if not edges:
         return
-    *before, last = (
-        tr(
-            "by {jump}° at frame {frame}",
-            jump=signed(e["jump_deg"], 0),
-            frame=e["start"] + first_frame,
-        )
-        for e in edges
-    )
+    *before, last = (_jump(edge, first_frame) for edge in edges)
     jumps = last
     if before:
         jumps = tr("{first} and back {last}", first=", ".join(before), last=last)
     yield tr("The {middle} jumps {jumps}.", middle=middle_of(limb), jumps=jumps)
     yield _rare_side(evidence["side"])
+
+
+def _jump(edge: Mapping[str, Any], first_frame: int) -> str:
+    """Return the angle and the frame of a flip's edge, which may extend over several frames."""
+    jump, frame = signed(edge["jump_deg"], 0), edge["start"] + first_frame
+    if (n := edge["stop"] - edge["start"]) == 1:
+        return tr("by {jump}° at frame {frame}", jump=jump, frame=frame)
+    return tr("by {jump}° within {n} frames from frame {frame}", jump=jump, n=n, frame=frame)
 
 
 def _rare_side(side: float) -> str:

@@ -7,7 +7,7 @@ from PySide6.QtCore import QRectF
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
-from inspector.language import tr
+from inspector.language import of_core, tr
 from inspector.session.open_clip import Show
 from inspector.teaching import gizmo_joints
 from inspector.teaching.equation_table import NEAR_SWING
@@ -85,7 +85,7 @@ class GizmoGuest:
     def legend(self) -> str:
         """Return the legend as rich text."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
-        name = f"{bold(chain.label)}&nbsp;&nbsp; " if chain is not None else ""
+        name = f"{bold(of_core(chain.label))}&nbsp;&nbsp; " if chain is not None else ""
         captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
         if stage is not None:
             return (

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontInfo
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
-from inspector.language import tr
+from inspector.language import of_core, tr
 from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
@@ -63,6 +63,7 @@ class TeachingPanel(QWidget):
             owner=self.listed, margins=(0, 0, 0, 0), spacing=0,
         )  # fmt: skip
         self.scroll_area.setWidget(self.listed)
+        self.listed.installEventFilter(self)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         # Without enough room, the equations shrink; sliders and buttons keep their sizes.
@@ -125,14 +126,14 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = (
-                tr("{limb} is a limb: select a chain", limb=limb.label)
+                tr("{limb} is a limb: select a chain", limb=of_core(limb.label))
                 if limb is not None
                 else _EMPTY
             )
             self.title.setText(as_rich(whole))
             return
         frame = document.frame + document.first_frame
-        title = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
+        title = tr("{chain}, frame {frame}", chain=of_core(chain.label), frame=frame)
         self.title.setText(as_rich(title))
 
     def _lit(self) -> None:
@@ -143,14 +144,25 @@ class TeachingPanel(QWidget):
 
     def _typeset(self) -> None:
         self.refresh()
-        # The widest row determines the minimum width of the tab.
+        self.scroll_area.setMinimumWidth(0)
+        self._widen()
+
+    def _widen(self) -> None:
+        """Make the tab as wide as its widest row, which may appear later than the other rows."""
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()
         width = self.listed.minimumSizeHint().width()
-        bar = self.scroll_area.verticalScrollBar().sizeHint().width()
-        self.scroll_area.setMinimumWidth(width + bar)
-        self.least_width.emit(self.minimumSizeHint().width())
+        width += self.scroll_area.verticalScrollBar().sizeHint().width()
+        if width > self.scroll_area.minimumWidth():
+            self.scroll_area.setMinimumWidth(width)
+            self.least_width.emit(self.minimumSizeHint().width())
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Widen the tab when a row appears or its value becomes longer."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self._widen()
+        return super().eventFilter(watched, event)
 
     def set_seen(self, seen: bool) -> None:
         """Activate the tab, or deactivate it if `seen` is False.

@@ -15,11 +15,11 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, reason_sentence
 from inspector.timeline.context_menu import context_menu
+from inspector.timeline.drag_escape import DragEscape
 from inspector.timeline.layers import DragLabel, Scenery
-from inspector.timeline.tau_line import set_tau_at
+from inspector.timeline.tau_line import set_tau_at, tau_at
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
-from inspector.widgets.axes import from_root_scale
 from inspector.widgets.labels import as_tip
 from inspector.widgets.later import Latest
 from inspector.widgets.signed_numbers import angle_of
@@ -58,7 +58,7 @@ class Gestures:
 
     While an edge is dragged or an interval is drawn, the playhead follows the mouse, so that the 3D
     view shows that frame. Afterwards, the playhead returns to its old frame or moves to the new
-    interval.
+    interval. Esc cancels a drag.
 
     Attributes
     ----------
@@ -94,6 +94,7 @@ class Gestures:
         self.plots: Callable[[str], Sequence[tuple[str, Callable[[], None]]]] = lambda _: ()
         self.tau_plot = ""
         self._latest = Latest(parent)
+        self._escape = DragEscape(document, self.cancel, parent)
         self._hit = Hit(Part.EMPTY)
         self._origin = 0.0
         self._grabbed: Interval | None = None
@@ -176,8 +177,16 @@ class Gestures:
             moved = abs(frame - self._origin) > _REACH * view.viewPixelSize()[0]
             self._end(self._band if moved else None)
 
+    def cancel(self) -> None:
+        """Cancel a drag, and undo its changes."""
+        self._latest.forget()
+        self._escape.undo()
+        self._document.go_to(self._home)
+        self._end(None)
+
     def _give_up(self) -> None:
         """Cancel a drag because the clip was closed."""
+        self._escape.end()
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
         self._grabbed = self._band = self._scenery.drag_label = None
@@ -190,6 +199,7 @@ class Gestures:
         self._frames_set = self._band = None
         self._home = self._document.frame
         self.dragging = True
+        self._escape.begin()
         if self._hit.judged is not None:
             self._grabbed = self._hit.judged.interval
             self._frames_set = (self._grabbed.start, self._grabbed.stop)
@@ -224,6 +234,7 @@ class Gestures:
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
         """End a drag. `drawn` are the frames [start, stop) of a new interval, or None."""
+        self._escape.end()
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
             # Before the drag ends, so that the plots do not scroll
             self._document.go_to(self._home)
@@ -297,7 +308,7 @@ class Gestures:
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
-        degrees = round(from_root_scale(place), 1) if key == self.tau_plot else 0.0
+        degrees = tau_at(place) if key == self.tau_plot else 0.0
         menu = context_menu(
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )

@@ -7,6 +7,7 @@ import pyqtgraph as pg
 from PySide6.QtCore import Qt, Signal
 
 from inspector.session.document import Document
+from inspector.timeline.drag_escape import DragEscape
 from inspector.timeline.pane import Pane
 from inspector.widgets.axes import from_root_scale, root_scale
 from inspector.widgets.canvas import TauLine
@@ -17,7 +18,10 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """A line at the τ of the selected chain, on a square-root scale. A drag is one undo step."""
+    """A line at the τ of the selected chain, on a square-root scale.
+
+    A drag is one undo step. Esc cancels it.
+    """
 
     dropped = Signal()
 
@@ -27,6 +31,7 @@ class ChainTauLine(TauLine):
         self._document = document
         self._drag = 0
         self._latest = Latest(self)
+        self._escape = DragEscape(document, self.cancel, self)
         self.setZValue(30)
         self.setCursor(Qt.CursorShape.SizeVerCursor)
         plot.addItem(self)
@@ -60,16 +65,25 @@ class ChainTauLine(TauLine):
     def _dragged(self) -> None:
         if not self._drag:
             self._drag = self._document.begin_drag()
+            self._escape.begin()
         place = self.value()
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
 
+    def cancel(self) -> None:
+        """Cancel a drag, and undo its changes."""
+        self._give_up()
+        self._escape.undo()
+        self.dropped.emit()
+
     def _give_up(self) -> None:
-        """Cancel a drag because the clip was closed."""
+        """Stop a drag, for example because the clip was closed."""
+        self._escape.end()
         self._latest.forget()
         self._drag = 0
         self.stop_dragging()
 
     def _drop(self) -> None:
+        self._escape.end()
         self._latest.flush()
         self._drag = 0
         self.dropped.emit()
@@ -80,7 +94,12 @@ def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
 
     Changes with the same `drag` are one undo step.
     """
-    set_tau_degrees(document, round(from_root_scale(place), 1), drag)
+    set_tau_degrees(document, tau_at(place), drag)
+
+
+def tau_at(place: float) -> float:
+    """Return the τ, in degrees, at a height on the square-root scale."""
+    return round(from_root_scale(place), 1)
 
 
 def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:

@@ -59,7 +59,10 @@ class WhyListed(Pane):
     def refresh(self) -> None:
         """Show the quantity of the selected interval, unless the plot is hidden."""
         interval = shown_interval(self._document)
-        if interval is None or interval is self._interval or self.isHidden():
+        if interval is None or self.isHidden():
+            return
+        if interval is self._interval:
+            self._describe()  # the playhead may have moved while the plot was hidden
             return
         if self._interval is None or not self._interval.may_be_same(interval):
             self.forget()  # keep a curve of the same error until the new curve is ready

@@ -51,9 +51,13 @@ def ask_where(
     dialog.open()
 
 
-def ask_folder(parent: QWidget, title: str, then: Callable[[Path], object]) -> None:
-    """Let the user choose an existing folder, then call `then` with it."""
+def ask_folder(parent: QWidget, title: str, then: Callable[[Path], object], *, start: Path) -> None:
+    """Let the user choose an existing folder, then call `then` with it.
+
+    `start` is the folder that the dialog shows first.
+    """
     dialog = _dialog(parent, title, "", QFileDialog.FileMode.Directory)
+    dialog.setDirectory(str(start))
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     dialog.fileSelected.connect(lambda name: then(Path(name)))
     dialog.open()

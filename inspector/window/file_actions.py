@@ -106,7 +106,13 @@ class FileActions(Saving):
         """Let the user choose a file and open it."""
         patterns = tr("Motion and sessions") + f" ({CLIPS_AND_SCENES} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
-        ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
+        ask_files(
+            self.window,
+            tr_as("do", "Open"),
+            pattern,
+            lambda paths: self.open_path(paths[0]),
+            folder=self.document.folder,
+        )
 
     def open_then(self, path: Path, then: Callable[[], object]) -> None:
         """Open a clip, and call `then` after the messages about the clip have been shown."""
@@ -115,7 +121,7 @@ class FileActions(Saving):
 
     def open_folder(self) -> None:
         """Let the user choose a folder and analyse its clips."""
-        ask_folder(self.window, tr("Open folder"), self.open_path)
+        ask_folder(self.window, tr("Open folder"), self.open_path, start=self.document.folder)
 
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.

@@ -29,6 +29,7 @@ _MOUSE = (
     ),
     (tr("Plots: drag the τ line, or double-click the strength curve"), tr("set τ")),
     (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
+    (tr("Plots: Esc during a drag"), tr("cancel the drag")),
     (tr("Plots: right button"), tr("open the menu")),
     (tr("Intervals: click ▸ or ▾"), tr("unfold or fold a group of errors")),
     (tr("Overview: click"), tr("select the interval there, or set the playhead")),

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QScrollArea, QStatusBar,
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.building import bring_to_front
 from inspector.widgets.late_panel import LatePanel
 from inspector.window.low_window import is_seen, show_title
 
@@ -44,7 +45,8 @@ class Presentation:
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
-        self._full = self._taught = False
+        self._full = False
+        self._shown: dict[str, bool] = {}  # for the docks that a lesson shows and hides
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
         # A floating dock is a separate window, in which Esc must also end the presentation.
         self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
@@ -57,10 +59,10 @@ class Presentation:
             return
         window = self._window
         self._layout, self._full = window.saveState(), window.isFullScreen()
-        self._taught = is_seen(self._docks["teaching"])
         for name, dock in self._docks.items():
             if name not in _KEPT or not is_seen(dock):
                 dock.hide()
+        self._shown = self._shown_docks()
         self._show_titles(shown=False)
         for kind in (QToolBar, QStatusBar, ReviewerLine):
             for bar in window.findChildren(kind):
@@ -82,22 +84,29 @@ class Presentation:
             return
         window, layout = self._window, self._layout
         self._layout = None
-        # Hidden by the page of a lesson
-        other_tab = self._taught and self._docks["teaching"].isHidden()
+        before, now = self._shown, self._shown_docks()
         self._scale(1.0)
         self._escape.setEnabled(False)
         self._show_titles(shown=True)
         window.menuBar().show()
         window.statusBar().show()
+        window.statusBar().clearMessage()  # Qt would draw it on top of the frame
         self.set_full_screen(self._full)
         window.restoreState(layout)
-        if other_tab:
-            self._docks["intervals"].raise_()
+        # A lesson may have begun, ended or turned to a page with another tab
+        if now["guide"] != before["guide"]:
+            self._docks["guide"].setVisible(now["guide"])
+        if now["teaching"] != before["teaching"]:
+            bring_to_front(self._docks["teaching" if now["teaching"] else "intervals"])
 
     def set_full_screen(self, on: bool) -> None:
         """Turn full screen on or off. A window that was maximised before is maximised again."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
+
+    def _shown_docks(self) -> dict[str, bool]:
+        """Return which of the docks that a lesson controls are visible."""
+        return {name: not self._docks[name].isHidden() for name in ("teaching", "guide")}
 
     def _show_titles(self, *, shown: bool) -> None:
         """Show or hide the titles of the docks that remain visible."""

@@ -433,7 +433,7 @@ class ReviewActions:
     def _describe(self, moment: Interval | Reason) -> str:
         if isinstance(moment, Reason):
             return reason_sentence(self.document, moment)
-        label = self.document.find_chain(moment.chain).label
+        label = of_core(self.document.find_chain(moment.chain).label)
         first = moment.start + self.document.first_frame
         return tr(
             "{chain}: {delta}° for {frames} frames from frame {first}, below τ. Press Insert "

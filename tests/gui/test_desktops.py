@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QFileDialog, QToolButton
 from inspector.session.settings import Settings
 from inspector.widgets.write_dialog import WriteDialog
 from tests.gui.looks import EVERY, LOOKS
-from tests.gui.windows import act
+from tests.gui.windows import act, open_clip
 
 HERE = Path(__file__).parent
 SEEN = 100  # of 255 that a line is lighter or darker than what is behind it
@@ -35,6 +35,15 @@ def test_the_tests_by_hand_meet_every_look_between_them():
     assert pytest.main(words, [by_hand]) == 0
     assert set().union(*by_hand.looks.values()) == set(LOOKS)
     assert {len(looks) for looks in by_hand.looks.values()} == {len(LOOKS) if EVERY else 1}
+
+
+@pytest.mark.parametrize("asks", ["open_dialog", "open_folder"])
+def test_a_clip_is_looked_for_next_to_the_open_one(qtbot, window, clip, asks):
+    open_clip(qtbot, window, clip)
+    act(window, asks)
+    (dialog,) = window.findChildren(QFileDialog)
+    assert Path(dialog.directory().absolutePath()) == clip.parent
+    dialog.reject()
 
 
 @pytest.mark.thorough

@@ -176,3 +176,46 @@ def test_a_lesson_is_given_to_a_room(qtbot, at_forearm):
     assert (QFontInfo(guide.body.font()).pixelSize(), formula.sizeHint().height()) == small
     qtbot.keyClick(at_forearm, Qt.Key.Key_PageUp)  # belongs to lists again
     assert player.at == 4
+
+
+@pytest.mark.thorough
+def test_a_presentation_gives_back_what_the_lesson_needs_now(qtbot, at_forearm, tmp_path):
+    """No page of a lesson that has ended, and the tab of the page that is open."""
+    docks, clip = at_forearm.docks, "walk_injected.bvh"
+    pages = [
+        PAGE.format(clip=clip, chain="LeftArm", more=f"tab: {tab}", done="counter")
+        for tab in ("intervals", "teaching")
+    ]
+    path = tmp_path / "lesson.md"
+    path.write_text(f"---\ntitle: T\nclip: {clip}\n---\n\n{''.join(pages)}")
+    entry = docks["guide"].toggleViewAction()
+    assert not entry.isEnabled()
+    player = play(qtbot, at_forearm, path)
+    assert entry.isEnabled()
+    act(at_forearm, "presentation")
+    player.forward.click()
+    act(at_forearm, "presentation")
+    qtbot.waitUntil(lambda: at_forearm.taught.active)
+    assert docks["guide"].isVisible()
+    act(at_forearm, "presentation")
+    player.forward.click()
+    act(at_forearm, "presentation")
+    qtbot.waitUntil(docks["intervals"].isVisible)
+    assert not docks["guide"].isVisible()
+    assert not entry.isEnabled()
+
+
+@pytest.mark.thorough
+def test_no_equation_of_a_lesson_is_cut_off(qtbot, at_forearm):
+    """The tab is as wide as the rows of every page, not only those of the first."""
+    player = play(qtbot, at_forearm, LESSONS / "3-1-definition.md")
+    teaching = at_forearm.teaching
+    qtbot.waitUntil(lambda: teaching.typesetter.done)
+    act(at_forearm, "presentation")
+    for _ in player.pages:
+        player.show_me.click()
+        qtbot.wait(50)
+        room = teaching.scroll_area.viewport().width()
+        assert room >= teaching.listed.minimumSizeHint().width()
+        player.forward.click()
+    act(at_forearm, "presentation")

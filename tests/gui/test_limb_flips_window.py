@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
+from inspector.panels import detail_card
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, session_path
 from inspector.tuning.tuning_panel import Scope
@@ -157,6 +158,11 @@ def test_tau_of_a_limb_is_dragged_in_one_step(qtbot, opened):
     assert len(flips(opened)) < 6
     press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert document.review.state is state
+
+
+def test_a_slow_edge_of_a_flip_is_not_told_as_a_jump_in_one_frame():
+    edge = {"start": 865, "stop": 871, "jump_deg": 109.65}
+    assert detail_card._jump(edge, 1) == "by +110° within 6 frames from frame 866"
 
 
 def test_judged_by_keys_and_taken_back(qtbot, opened):

@@ -136,6 +136,56 @@ def test_dragging_the_line_changes_tau_and_intervals_in_one_undo_step(qtbot, tim
     assert low <= timeline.tau_line.value() <= high
 
 
+def drag_and_escape(qtbot, timeline, key, start, stop, meanwhile):
+    """Drag from `start` to `stop`, press Esc, and move back before the button is released."""
+    pane = timeline.panes[key]
+    send(pane, QEvent.Type.MouseMove, start, NONE, NONE)
+    send(pane, QEvent.Type.MouseButtonPress, start, LEFT, LEFT)
+    for share in (0.25, 0.5, 1.0):
+        send(pane, QEvent.Type.MouseMove, start + (stop - start) * share, NONE, LEFT)
+        qtbot.wait(10)
+    meanwhile()
+    qtbot.keyClick(timeline, Qt.Key.Key_Escape)
+    send(pane, QEvent.Type.MouseMove, start + (stop - start) * 0.7, NONE, LEFT)
+    qtbot.wait(10)
+    send(pane, QEvent.Type.MouseButtonRelease, stop, LEFT, NONE)
+    qtbot.wait(20)
+
+
+@pytest.mark.parametrize("what", ["edge", "body", "new", "tau"])
+def test_escape_cancels_a_drag_and_nothing_before_it(qtbot, timeline, document, what):
+    judged = an_interval(document)
+    document.select_interval(judged.id)
+    document.decide(Decision.REJECTED)
+    document.select_interval(judged.id)
+    zoom(qtbot, timeline, judged)
+    state, home = document.review.state, document.frame
+    frame = {"edge": judged.interval.stop - 0.5, "body": judged.interval.seen_at + 1}
+    begin = frame.get(what, judged.interval.stop + 3.0)
+    key, shares = "theta", (0.5, 0.5)
+    if what == "tau":
+        low, high = timeline.panes["strength"].view.viewRange()[1]
+        key, shares = "strength", ((high - timeline.tau_line.value()) / (high - low), 0.1)
+
+    def meanwhile():
+        assert (document.review.state is state) == (what == "new")
+
+    drag_and_escape(
+        qtbot,
+        timeline,
+        key,
+        spot(timeline, key, begin, shares[0]),
+        spot(timeline, key, begin + 5.0, shares[1]),
+        meanwhile,
+    )
+    assert document.review.state is state
+    assert document.frame == home
+    assert not timeline.gestures.dragging
+    assert not timeline.tau_line.held
+    document.undo()
+    document.review.mark_saved()
+
+
 def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
     wanted = 12.0
     low, high = timeline.panes["strength"].view.viewRange()[1]

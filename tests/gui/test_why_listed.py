@@ -102,6 +102,20 @@ def test_it_follows_the_selection(qtbot, show_timeline):
     assert not len(pane.values["value"][0])
 
 
+def test_the_number_in_its_title_is_at_the_playhead_when_it_comes_back(qtbot, show_timeline):
+    """The playhead also moves while the plot is hidden, for example between undo and redo."""
+    timeline = show_timeline(Kind.STRETCH)
+    document, quantity = timeline.document, shown(qtbot, timeline)
+    stretch = document.interval
+    document.select_interval(None)
+    timeline.refresh()
+    assert "why" not in timeline.grid.shown
+    document.go_to(stretch.interval.start - 5)
+    document.select_interval(stretch.id)
+    timeline.refresh()
+    assert f" {plain(quantity.values[document.frame])}{quantity.unit} " in words(timeline)
+
+
 def test_an_edited_stretch_shows_its_new_angle(qtbot, show_timeline):
     timeline = show_timeline(Kind.STRETCH)
     document, pane = timeline.document, timeline.panes["why"]

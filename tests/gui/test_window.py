@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDockWidget
 
 from inspector.panels.history_panel import HistoryPanel
+from inspector.panels.position_line import FrameLine
 from inspector.session.export_files import ExportChoice
 from inspector.session.open_clip import Show
 from inspector.session.settings import Settings, load_settings
@@ -463,15 +464,19 @@ def test_a_presentation_leaves_figure_and_curves_and_gives_the_window_back(qtbot
     docks = {d.objectName(): d for d in opened.findChildren(QDockWidget)}
     before = {name: dock.isVisible() for name, dock in docks.items()}
     type_before = opened.timeline.readout.font().pointSizeF()
+    opened.statusBar().clearMessage()
     act(opened, "presentation")
     qtbot.wait(50)
     assert [name for name, dock in docks.items() if dock.isVisible()] == ["curves"]
     assert opened.timeline.readout.font().pointSizeF() > 1.5 * type_before
     act(opened, "next_interval")  # keys work on
     assert opened.document.interval is not None
+    opened.statusBar().showMessage("Something was done.")
     qtbot.keyClick(opened, Qt.Key.Key_Escape)
     qtbot.wait(50)
     assert not opened.actions_by_id["presentation"].isChecked()
     assert {name: dock.isVisible() for name, dock in docks.items()} == before
     assert opened.timeline.readout.font().pointSizeF() == type_before
     assert opened.statusBar().isVisible()
+    (line,) = opened.statusBar().findChildren(FrameLine)
+    assert line.isVisible() == (not opened.statusBar().currentMessage())

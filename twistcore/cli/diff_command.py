@@ -59,11 +59,12 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
         name = f"{terminal_text(j.joint):<{width}}"
         say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
     for m in difference.moved:
-        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
+        frames = count_of(m.frames, "frame")
+        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {frames}")
     say(
         f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
         f"{count_of(difference.frames, 'frame')}; joints move by at most "
-        f"{difference.max_position_of_height:.1e} of the height"
+        f"{difference.max_position_of_height:.2g} of the height"
     )
     return 0
 
