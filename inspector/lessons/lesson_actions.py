@@ -61,10 +61,14 @@ class LessonActions:
         self.player.began.connect(lambda: self._show_guide(self._title))
         self.player.ended.connect(self._close_guide)
         self.player.finished.connect(self._offer_next)
-        # A closed guide card dims nothing, although its lesson goes on
-        self.dock.visibilityChanged.connect(lambda _: self.player.dim(on=not self.dock.isHidden()))
+        for signal in (self.player.turned, self.dock.visibilityChanged):
+            signal.connect(self._dim)
         self.hidden_errors.ended.connect(self._close_guide)
         self.program.guide.linked.connect(self.hidden_errors.go_to)
+
+    def _dim(self) -> None:
+        """Dim places, unless the guide card is closed, although its lesson goes on."""
+        self.player.dim(on=not self.dock.isHidden())
 
     def _add_menu(self) -> None:
         """Add a menu of the lessons that come with the program, filled when first opened."""

@@ -47,6 +47,7 @@ class LessonPlayer(QObject):
     """Guides the user through a lesson on copies of its clips. The user's own clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
+    turned = Signal()  # another page is shown
     ended = Signal()
     finished = Signal()  # the user has finished the last page; emitted after `ended`
 
@@ -138,6 +139,7 @@ class LessonPlayer(QObject):
         self._preparing = True
         data = self._clips[page.place.clip, page.place.detector]
         set_scene(self._program, data, page.place)
+        self.turned.emit()
         self._preparing = False
         self._visit = Visit(self._program, self._program.document.frame, page.place.chain)
         self._check()

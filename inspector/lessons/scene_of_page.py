@@ -57,7 +57,6 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     if place.lit:
         taught.highlight(place.lit)
     taught.set_rows(place.show)
-    program.dimming.watch(place.watched)
     program.viewport.focus_chain()
     if (camera := place.camera) is not None:
         facing = _facing(program)

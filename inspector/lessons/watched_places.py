@@ -45,12 +45,21 @@ PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
 
 
 class Dimming:
-    """Dims the places of the window that the reader need not watch."""
+    """Dims the places of the window that the reader need not watch.
+
+    The places are found when one is first watched, because this builds panels.
+    """
 
     def __init__(self, window: HostWindow) -> None:
-        self._places = {name: find(window) for name, find in PLACES.items()}
+        self._window = window
+        self._places: dict[str, _Widgets] = {}
+        self._veils: dict[QWidget, Veil] = {}
+
+    def _find(self) -> None:
+        """Find the widgets of all places, and give each a veil."""
+        self._places = {name: find(self._window) for name, find in PLACES.items()}
         self._veils = {
-            widget: Veil(widget, window.colours)
+            widget: Veil(widget, self._window.colours)
             for widgets in self._places.values()
             for widget in widgets
         }
@@ -60,6 +69,8 @@ class Dimming:
 
         A place that contains one of the given places is not dimmed, either.
         """
+        if names and not self._places:
+            self._find()
         watched = [widget for name in names for widget in self._places[name]]
         # In Qt, a widget is its own ancestor
         unwatched = [

@@ -162,6 +162,19 @@ def test_a_dimmed_place_is_clear_and_usable_under_the_mouse(qtbot, at_forearm, t
     assert window.document.frame == frame + 1
 
 
+def test_turning_a_page_below_a_closed_card_dims_nothing(qtbot, at_forearm, tmp_path):
+    window = at_forearm
+    pages = lesson(tmp_path, "moved 5", "moved 6", more="watch: figure")
+    player = play(qtbot, window, pages)
+    assert veils(window)
+    window.docks["guide"].close()
+    player.forward.click()  # as Page Down does in a presentation
+    assert player.at == 1
+    assert not veils(window)
+    window.docks["guide"].show()
+    assert veils(window)
+
+
 @parametrize("theme", [LIGHT, DARK])
 def test_a_dimmed_place_has_less_contrast_and_is_readable(qtbot, at_forearm, tmp_path, theme):
     window = at_forearm
