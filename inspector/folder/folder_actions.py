@@ -81,7 +81,10 @@ class FolderActions:
     def write_report(self) -> None:
         """Write the report of the open batch, including the decisions."""
         if (folder := self.queue.folder) is None or self.queue.batch is None:
-            message = tr("Open a folder made by `twistcore batch` first.")
+            message = tr(
+                "Only a folder made by `twistcore batch` has this report. Run `twistcore batch "
+                "FOLDER -o OUTDIR --report`, then open OUTDIR."
+            )
             self.bar.show_message(message, False)
             return
         if self._report is not None:

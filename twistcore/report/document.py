@@ -53,6 +53,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "joint": lambda j, _: j.interval.joint,
     "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
     "stuck": lambda *_: "",
+    "reason": lambda j, _: j.reason,
 }
 
 
