@@ -129,6 +129,16 @@ def test_a_motion_that_no_program_could_read_is_refused(walk, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("unit", [1e38, 1e308])
+def test_lengths_that_are_too_large_for_gltf_are_refused(walk, unit, tmp_path):
+    with pytest.raises(TwistError, match=r"lengths below 3\.4e"):
+        write_glb(walk.motion, tmp_path / "a.glb", unit=unit)
+    far = replace(walk.motion, positions=np.full_like(walk.motion.positions, 1e60))
+    with pytest.raises(TwistError, match=r"lengths below 3\.4e"):
+        write_glb(far, tmp_path / "a.glb", unit=1.0 / unit)
+    assert not list(tmp_path.iterdir())
+
+
 def test_names_that_are_no_text_are_escaped(walk, tmp_path):
     names = ("Hüfte", "bad\udce9", *walk.skeleton.names[2:])
     motion = replace(walk.motion, skeleton=replace(walk.skeleton, names=names))

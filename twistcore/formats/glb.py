@@ -17,6 +17,7 @@ from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array, continuous_signs, quaternion_from_axis_angle
 
 _FLOAT = 5126  # glTF's number for 32-bit floats
+_LARGEST = float(np.finfo(np.float32).max)  # of these floats
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 _Words = dict[str, object]
 
@@ -39,15 +40,21 @@ def write_glb(motion: Motion, path: str | Path, *, unit: float = 1.0) -> None:
     Raises
     ------
     TwistError
-        If the motion has no frames, or a number that is not finite.
+        If the motion has no frames, a number that is not finite, or a length that is too large for
+        a 32-bit float.
     OSError
         If the file cannot be written.
     """
     check_motion(motion)
     path = Path(path)
-    parts = (motion.rotations, motion.positions, motion.skeleton.offsets)
-    if not motion.frames or not all(np.isfinite(part).all() for part in parts):
-        raise TwistError(f"{path}: expected a motion with frames and finite numbers")
+    longest = _LARGEST * min(1.0, 1.0 / unit)
+    lengths = (motion.positions, motion.skeleton.offsets)
+    fits = all((np.abs(part) <= longest).all() for part in lengths)
+    if not (motion.frames and fits and np.isfinite(motion.rotations).all()):
+        raise TwistError(
+            f"{path}: expected a motion with frames, finite numbers and lengths below "
+            f"{_LARGEST:.1e} m"
+        )
     write_atomically(path, glb_bytes(motion, path.stem, unit))
 
 
