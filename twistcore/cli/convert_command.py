@@ -64,11 +64,11 @@ def convert_command(arguments: argparse.Namespace) -> int:
     from twistcore.formats.blender.scene_motion import write_as_bvh  # scipy.spatial
 
     source, output = arguments.scene, arguments.output
+    if output.suffix.lower() != ".bvh" and not is_stream(output):
+        raise TwistError(f"{output}: expected a name that ends in .bvh or .glb")
     unit = scenes.SUFFIXES.get(source.suffix.lower())
     if unit is None:
         raise TwistError(f"{source}: expected a file that ends in {', '.join(scenes.SUFFIXES)}")
-    if output.suffix.lower() != ".bvh" and not is_stream(output):
-        raise TwistError(f"{output}: expected a name that ends in .bvh")
     refuse_overwrite([output], [source])
     unit = arguments.unit or unit
     scene, found = write_as_bvh(

@@ -44,6 +44,7 @@ OBSERVATION = 0.08  # seconds; the frames in this time count as one observation
 FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line has less weight
 ROUNDS = 3  # rounds of finding runs and estimating the usual side without them
 _BINS, _BLUR = 72, 25.0  # number of bins of the density of the swivel; its smoothing in degrees
+_BLOCK = 1000  # number of runs whose evidence is computed together
 _ANYWHERE = 0.1  # share of a uniform density in the density
 
 
@@ -243,18 +244,20 @@ def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Dens
 
     `weight` contains the weight of each frame in the evidence, and `log` is the log density.
     """
-    runs = [arc.run for arc in possible if arc.run is not None]
-    if not runs:
-        return []
-    frames = np.concatenate([np.arange(run.start, run.stop) for run in runs])
-    offset = np.concatenate([run.offset for run in runs])
-    gain = (log(angle[frames] - offset) - log(angle)[frames]) * weight[frames]
-    firsts = np.cumsum([0, *(len(run.offset) for run in runs[:-1])])
-    sides = np.minimum(np.add.reduceat(gain, firsts), MOST_SIDE).tolist()
-    return [
-        replace(arc, cost=arc.cost - side, run=replace(run, side=side))
-        for arc, run, side in zip(possible, runs, sides, strict=True)
-    ]
+    out, as_is = [], log(angle)
+    for first in range(0, len(possible), _BLOCK):  # a restless clip has very many possible runs
+        arcs = possible[first : first + _BLOCK]
+        runs = [arc.run for arc in arcs if arc.run is not None]
+        frames = np.concatenate([np.arange(run.start, run.stop) for run in runs])
+        offset = np.concatenate([run.offset for run in runs])
+        gain = (log(angle[frames] - offset) - as_is[frames]) * weight[frames]
+        firsts = np.cumsum([0, *(len(run.offset) for run in runs[:-1])])
+        sides = np.minimum(np.add.reduceat(gain, firsts), MOST_SIDE).tolist()
+        out += [
+            replace(arc, cost=arc.cost - side, run=replace(run, side=side))
+            for arc, run, side in zip(arcs, runs, sides, strict=True)
+        ]
+    return out
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:

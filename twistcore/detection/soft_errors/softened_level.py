@@ -160,10 +160,10 @@ class _Descent:
         self.curvature, self.down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
         self.begun = self.ended = False
 
-    def accept(self, number: Array, course_: Array, left: float) -> bool:
+    def accept(self, number: Array, course: Array, left: float) -> bool:
         """Accept new numbers if less surprise is left with them.
 
-        `course_` and `left` are the course of the new numbers and the sum of its squared residuals.
+        `course` and `left` are the course of the new numbers and the sum of its squared residuals.
         Returns True if the fit continues from the new numbers, so that the derivatives there are
         needed.
         """
@@ -171,7 +171,7 @@ class _Descent:
         self.left_steps -= 1
         if left < self.best:
             self.gained = gained = self.best - left
-            self.number, self.best, self.course = number, left, course_
+            self.number, self.best, self.course = number, left, course
             self.damping = max(0.2 * self.damping, 1e-6)
             self.ended = gained < (ENOUGH if self.wider <= 1.0 else ROUGHLY) or not self.left_steps
             return not self.ended

@@ -193,14 +193,16 @@ class Surprise:
 
     def local_departures(self, row: int, low: int, frames: int) -> LocalDepartures:
         """Return the departures of a row over spans that overlap `frames` frames from `low` on."""
-        told = []
+        overlapping = []
         for a in self._similar_spans(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
             if last > first:
                 at = np.s_[:, row, first:last]
                 weight = np.asarray(self._weight(a) * a.usable[first:last])
-                told.append(SpanDepartures(a.natural.span, first, a.u[at], a.spread[at], weight))
-        return local_departures(low, frames, told)
+                overlapping.append(
+                    SpanDepartures(a.natural.span, first, a.u[at], a.spread[at], weight)
+                )
+        return local_departures(low, frames, overlapping)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
         """Return the highest gain of any span near an error after removing the error, in nats.
@@ -287,6 +289,5 @@ class Surprise:
         a, b = lengths[near]
         share = np.log(length / a) / np.where(b > a, np.log(b / a), 1.0)
         share = np.where(b > a, np.minimum(np.maximum(share, 0.0), 1.0), 0.0)
-        return (1.0 - share) * beta[0] + share * beta[1], sigma[0] ** (1.0 - share) * sigma[
-            1
-        ] ** share
+        rest = 1.0 - share
+        return rest * beta[0] + share * beta[1], sigma[0] ** rest * sigma[1] ** share
