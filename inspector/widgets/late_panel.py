@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar, cast
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
 
 
@@ -24,11 +25,13 @@ class LatePanel(QScrollArea, Generic[Panel]):
     The area exists from the start, so that the dock has its place, its tab and its menu row.
     """
 
+    made = Signal(QWidget)  # with the panel, when it is built
+
     def __init__(self, build: Callable[[], Panel]) -> None:
         """Prepare the area. `build` is a function that returns the panel, a QWidget."""
         super().__init__(widgetResizable=True)
         self.setFrameShape(QFrame.Shape.NoFrame)
-        self.make = build
+        self._make = build
         self._panel: Panel | None = None
 
     @property
@@ -44,8 +47,9 @@ class LatePanel(QScrollArea, Generic[Panel]):
     def build(self) -> Panel:
         """Build the panel unless it exists, and return it."""
         if self._panel is None:
-            self._panel = self.make()
+            self._panel = self._make()
             self.setWidget(cast("QWidget", self._panel))
+            self.made.emit(self._panel)
         return self._panel
 
     def set_seen(self, seen: bool) -> None:

@@ -30,6 +30,8 @@ from PySide6.QtWidgets import (
 )
 from shiboken6 import isValid
 
+from inspector.widgets.late_panel import LatePanel
+
 _Key = Qt.Key
 _ENDS = (_Key.Key_Return, _Key.Key_Enter, _Key.Key_Escape)
 _MODIFIERS = (_Key.Key_Shift, _Key.Key_Control, _Key.Key_Alt, _Key.Key_AltGr, _Key.Key_Meta)
@@ -57,6 +59,8 @@ class ReviewKeys(QObject):
         self._before = ""  # the text of the focused widget when it got the focus
         self.watch(window)
         window.installEventFilter(self)
+        for late in window.findChildren(LatePanel):
+            late.made.connect(self.watch)
         for dock in window.findChildren(QDockWidget):
             dock.visibilityChanged.connect(lambda on, d=dock: None if on else self._out_of_sight(d))
         app = QApplication.instance()

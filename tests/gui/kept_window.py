@@ -6,7 +6,6 @@ of most tests. A test that needs a new one (first start, settings in a file) ask
 
 from copy import deepcopy
 from dataclasses import fields
-from functools import partial
 
 import shiboken6
 from PySide6.QtWidgets import (
@@ -40,7 +39,7 @@ class KeptWindow:
         self._switches = {a: a.isChecked() for a in actions if a.isCheckable()}
         self._values = _values_in(self.window)
         for area in self.window.findChildren(LatePanel):
-            area.make = partial(self._note_values, area.make)
+            area.made.connect(self._note_values)
 
     def fits(self, settings: Settings, size: tuple[int, int] | None) -> bool:
         """Whether a new window would be the same."""
@@ -93,11 +92,9 @@ class KeptWindow:
         if self.window.document.data is not None:
             self.window.document.review.mark_saved()
 
-    def _note_values(self, make):
-        """Build a panel, and note how it is when it is new."""
-        panel = make()
+    def _note_values(self, panel):
+        """Note how a panel is when it is new."""
         self._values += _values_in(panel)
-        return panel
 
 
 def _values_in(part) -> list:

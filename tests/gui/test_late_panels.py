@@ -5,7 +5,17 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from PySide6.QtWidgets import QAbstractButton, QLabel, QTabBar, QWidget
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QLabel,
+    QTabBar,
+    QWidget,
+)
 
 from inspector.session.settings import Settings
 from inspector.widgets.canvas import Canvas
@@ -60,6 +70,20 @@ def test_a_panel_that_is_used_before_it_is_seen_is_built_in_its_place(show_windo
     assert built(window) == {"quality"}
     assert panel is window.quality is window.docks["quality"].widget().widget()
     assert panel.window() is window
+
+
+def test_fields_of_a_panel_that_is_built_late_follow_the_keys_of_the_review(show_window):
+    window = show_window(Settings(turn_ms=0))
+    for name in LATE:
+        panel = getattr(window, name)
+        boxes = [*panel.findChildren(QAbstractSpinBox), *panel.findChildren(QComboBox)]
+        assert all(box.focusPolicy() != Qt.FocusPolicy.WheelFocus for box in boxes)
+    window.tuning.box.setFocus()
+    undo = QKeyEvent(
+        QEvent.Type.ShortcutOverride, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier
+    )
+    QApplication.sendEvent(window.tuning.box, undo)
+    assert not undo.isAccepted()  # it is a shortcut of the review, not of the field
 
 
 def test_a_tab_that_was_in_front_is_built_at_the_next_start(qtbot, show_window):
