@@ -34,7 +34,7 @@ class Quality(FeatureParts):
     @property
     def quality(self) -> QualityPanel:
         """The panel of the tab."""
-        return self.quality_area.panel
+        return self.quality_area.build()
 
     def connect(self, window: HostWindow) -> None:
         """Compute measures while the tab is visible, and react to the interval card."""

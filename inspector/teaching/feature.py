@@ -41,7 +41,7 @@ class Teaching(FeatureParts):
     @property
     def teaching(self) -> TeachingPanel:
         """The panel of the tab."""
-        return self.teaching_area.panel
+        return self.teaching_area.build()
 
     def connect(self, window: HostWindow) -> None:
         """Connect the tab to the window. Teaching is active while the tab is visible."""

@@ -37,7 +37,7 @@ class Tuning(FeatureParts):
     @property
     def tuning(self) -> TuningPanel:
         """The panel of the tab."""
-        return self.tuning_area.panel
+        return self.tuning_area.build()
 
     def connect(self, window: HostWindow) -> None:
         """Connect the tab to the window. The tab computes costs only while it is visible."""

@@ -39,11 +39,6 @@ class LatePanel(QScrollArea, Generic[Panel]):
         """True if the panel exists."""
         return self._panel is not None
 
-    @property
-    def panel(self) -> Panel:
-        """The panel. It is built when this property is first read."""
-        return self.build()
-
     def build(self) -> Panel:
         """Build the panel unless it exists, and return it."""
         if self._panel is None:
@@ -58,4 +53,4 @@ class LatePanel(QScrollArea, Generic[Panel]):
         The dock calls this method, because Qt does not hide a panel behind another tab.
         """
         if seen or self.built:
-            self.panel.set_seen(seen)
+            self.build().set_seen(seen)

@@ -34,7 +34,7 @@ FONTS = {
 
 @pytest.fixture
 def set_font(qapp, tmp_path, monkeypatch):
-    """Sets the font of all texts, that of numbers as well."""
+    """Sets the font of all texts, including numbers."""
     before = QFont(qapp.font())
 
     def use(name):

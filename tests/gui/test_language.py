@@ -165,8 +165,8 @@ def test_english_stands_where_a_language_has_nothing(german):
 def test_the_teaching_tab_names_a_chain_as_the_lists_do(at_forearm):
     at_forearm.taught.set_active(True)
     at_forearm.teaching.refresh()
-    told = at_forearm.teaching.title.text(), at_forearm.teaching.gizmo.legend()
-    assert all("Unterarm links" in text for text in told), told
+    texts = at_forearm.teaching.title.text(), at_forearm.teaching.gizmo.legend()
+    assert all("Unterarm links" in text for text in texts), texts
 
 
 def test_a_language_that_there_is_not_is_refused(tmp_path):

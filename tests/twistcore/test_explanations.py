@@ -121,22 +121,22 @@ def test_frames_that_an_error_may_have(case, fps):
 
 
 def plain_levels(stretch, length, middle):
-    told = stretch.longer(0.6 * length)
+    long = stretch.longer(0.6 * length)
     levels = []
     for n in (0.5, 0.7, 1.0, 1.4, 2.0, 2.8):
         for place in (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45):
             for onset in (0.2, 0.6):
-                long = n * length
-                start = middle + place * max(long, length) - 0.5 * long
-                if start > 0.0 and start + long < stretch.frames:
-                    levels.append((start, start + long, max(onset * long, 3.0)))
+                frames = n * length
+                start = middle + place * max(frames, length) - 0.5 * frames
+                if start > 0.0 and start + frames < stretch.frames:
+                    levels.append((start, start + frames, max(onset * frames, 3.0)))
     out = []
     for wider in (1.0, 3.0):
         tried = []
         for begin, end, width in levels:
             shape = level_courses(np.array([[1.0, begin, end, width]]), ramp, stretch.frames)
-            (size,) = told.sizes(told.departures(shape), wider)
-            left = float(told.surprise(told.departures(size * shape), wider)[0])
+            (size,) = long.sizes(long.departures(shape), wider)
+            left = float(long.surprise(long.departures(size * shape), wider)[0])
             tried.append((left, float(size), begin, end, width))
         out += [(min(tried)[1:], wider)] if tried else []
     return out

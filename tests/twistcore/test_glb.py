@@ -155,9 +155,9 @@ def test_names_that_are_no_text_are_escaped(walk, tmp_path):
 def test_the_command_says_how_tall_the_figure_is(capsys, tmp_path):
     out = tmp_path / "walk.glb"
     words = ("convert", ASSETS / "walk.bvh", "-o", out, "--unit", UNIT, "--fps", 60)
-    code, told, err = run(capsys, *words)
+    code, printed, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert names_in_one_line(told, "344 frames at 60 fps", "31 joints", " 1.")
+    assert names_in_one_line(printed, "344 frames at 60 fps", "31 joints", " 1.")
     assert played(out)[0][-1] == pytest.approx(343 / 60)
 
 
@@ -194,7 +194,7 @@ def test_blender_reads_an_armature_that_moves_as_the_clip(capsys, tmp_path):
     glb, back = tmp_path / "walk.glb", tmp_path / "back.bvh"
     assert run(capsys, "convert", ASSETS / "walk.bvh", "-o", glb, "--unit", UNIT)[0] == 0
     words = ("convert", glb, "-o", back, "--blender", BLENDER, "--unit", UNIT)
-    code, told, err = run(capsys, *words)
+    code, printed, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert names_in_one_line(told, "344 frames", "120 fps", "31 joints of walk", "take walk")
+    assert names_in_one_line(printed, "344 frames", "120 fps", "31 joints of walk", "take walk")
     same(read_clip(back).motion, 1e-6, 0.01)

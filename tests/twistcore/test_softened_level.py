@@ -198,9 +198,9 @@ def steps_of(kernel, start, of, frames):
             slopes = []
             for k in range(4):
                 by = 1e-3 * max(abs(at[k]), 1.0)
-                beside = at.copy()
-                beside[k] += by
-                moved = level_courses((beside * scales)[None], kernel, frames)[0]
+                changed = at.copy()
+                changed[k] += by
+                moved = level_courses((changed * scales)[None], kernel, frames)[0]
                 slopes.append(change * (moved - here) / by)
             curvature = [[float(a @ b) for a in slopes] for b in slopes]
             down = [float(a @ left) for a in slopes]

@@ -8,7 +8,9 @@ of all suitable lengths, in u (see `natural_scale`) and in x + y.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -61,6 +63,46 @@ class _AtSpan:
     usable: Mask
 
 
+class _Grids(NamedTuple):
+    """The scales of spans of all lengths, side by side, for free offsets.
+
+    Attributes
+    ----------
+    length, support, step, positions
+        Attributes of the spans, and the number of their positions, shape (lengths,).
+    first
+        The index in `sigma` of the first position of each length, shape (lengths,).
+    beta
+        β, shape (lengths, rows).
+    sigma
+        σ of u in the middle of the spans, radians, shape (rows, positions of all lengths).
+    """
+
+    length: Index
+    support: Index
+    step: Index
+    positions: Index
+    first: Index
+    beta: Array
+    sigma: Array
+
+    @staticmethod
+    def of(natural: Sequence[Natural]) -> _Grids:
+        """Combine the scales of all lengths, the shortest first."""
+        spans = [n.span for n in natural]
+        count = np.array([n.sigma.shape[-1] for n in natural], dtype=np.intp)
+        middles = [n.sigma[len(PROBES) // 2] for n in natural]
+        return _Grids(
+            np.array([s.length for s in spans], dtype=np.intp),
+            np.array([s.support for s in spans], dtype=np.intp),
+            np.array([s.step for s in spans], dtype=np.intp),
+            count,
+            np.cumsum(count) - count,
+            np.array([n.beta for n in natural]),
+            np.concatenate(middles, axis=-1) if middles else np.zeros((0, 0)),
+        )
+
+
 class Surprise:
     """Limbs from which errors are removed step by step, and their departures.
 
@@ -78,10 +120,7 @@ class Surprise:
         self.work = 0  # number of departures to which the search has fitted courses so far
         self.budget = budget
         self.at: list[_AtSpan] = []
-        # For free offsets: length, support, step, number of positions and the index of the first
-        # position of the spans of each length, β (lengths, rows) and σ (rows, all positions).
-        self._grids: Index = np.zeros((5, 0), dtype=np.intp)
-        self._beta = self._sigma = np.zeros((0, 0))
+        self._grids = _Grids.of([])
 
     def neighbours(self, row: int) -> list[int]:
         """Return a row and the rows of the chains directly above and below it in its limb."""
@@ -143,19 +182,7 @@ class Surprise:
             self.at.append(
                 _AtSpan(n, u.astype(np.float32), spread, total.astype(np.float32), usable)
             )
-        grids = [n.span for n in natural]
-        counts = [n.sigma.shape[-1] for n in natural]
-        self._grids = np.array(
-            [
-                [g.length for g in grids],
-                [g.support for g in grids],
-                [g.step for g in grids],
-                counts,
-                np.cumsum([0, *counts[:-1]]),
-            ]
-        )
-        self._beta = np.array([n.beta for n in natural])
-        self._sigma = np.concatenate([n.sigma[len(PROBES) // 2] for n in natural], axis=-1)
+        self._grids = _Grids.of(natural)
 
     def _recompute(self, row: int, low: int, high: int) -> None:
         """Recompute the departures of a row that use any of the frames [low, high)."""
@@ -280,12 +307,12 @@ class Surprise:
         """Return β and σ for bridges over frame ranges, (n, 2), from spans of similar length."""
         starts, stops = ranges.T
         length = np.maximum(stops - starts, 1)
-        lengths, supports, steps, counts, firsts = self._grids
+        grids, lengths = self._grids, self._grids.length
         k = np.searchsorted(lengths, length)
         near = np.stack([np.maximum(k - 1, 0), np.minimum(k, len(lengths) - 1)])
-        middle = (starts + stops - supports[near]) // 2 // steps[near]
-        position = firsts[near] + np.minimum(np.maximum(middle, 0), counts[near] - 1)
-        beta, sigma = self._beta[near, row], self._sigma[row, position]
+        middle = (starts + stops - grids.support[near]) // 2 // grids.step[near]
+        position = grids.first[near] + np.minimum(np.maximum(middle, 0), grids.positions[near] - 1)
+        beta, sigma = grids.beta[near, row], grids.sigma[row, position]
         a, b = lengths[near]
         share = np.log(length / a) / np.where(b > a, np.log(b / a), 1.0)
         share = np.where(b > a, np.minimum(np.maximum(share, 0.0), 1.0), 0.0)
