@@ -33,6 +33,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
+_BLANK = "\u00a0"  # where no line is broken
 _ALONG = 1e-6  # tolerance for parallel vectors, in the unit of the file
 
 
@@ -257,5 +258,8 @@ def reliable(share: float) -> str:
 
 
 def numbers(values: Array) -> str:
-    """Return a vector or quaternion as text."""
-    return f"({', '.join(signed(v, 3) for v in values)})"
+    """Return a vector or quaternion as text of a constant length.
+
+    A zero, which has no sign, is filled up: otherwise the tab would become wider between frames.
+    """
+    return f"({', '.join(signed(v, 3).rjust(6, _BLANK) for v in values)})"

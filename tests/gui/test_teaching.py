@@ -20,7 +20,7 @@ from inspector.session.opening import analyse_file
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.equations import Equations
 from inspector.teaching.symbols import SYMBOLS, colour
-from inspector.teaching.taught_frame import TaughtFrame
+from inspector.teaching.taught_frame import TaughtFrame, numbers
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
@@ -530,3 +530,8 @@ def test_the_list_paints_itself_as_lines_of_any_size(qtbot, taught, tmp_path):
     assert drawn.count("<path") >= 2 * len(SYMBOLS)
     assert "cos" not in drawn  # formulas are outlines, no text of a font that may be missing
     equations.deleteLater()
+
+
+def test_values_of_a_quaternion_keep_their_length():
+    """A zero has no sign; the tab must not become wider when it gets one."""
+    assert len({len(numbers(q)) for q in ((1, 0, 0, 0), (0.5, -0.5, 0.5, -0.5))}) == 1
