@@ -173,14 +173,26 @@ class DetailCard(QWidget):
         line = self.fontMetrics().height() + 4 if low else _UNBOUND
         self.to_quality.setMaximumHeight(line)
 
-    def show_number(self, number: int) -> None:
-        """Show the number of intervals that a decision applies to, if there are several."""
+    def show_selected(self, ids: Sequence[int]) -> None:
+        """Show how many intervals a decision applies to, if there are several.
+
+        If the corrections of some of them would make something worse, show their number.
+        """
+        number = len(ids)
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
-        self.several.set_plain(
-            tr("{n} intervals are selected. A decision applies to all of them.", n=number)
-        )
+        sentences = [tr("{n} intervals are selected. A decision applies to all of them.", n=number)]
+        selected = (j for j in self._document.intervals if j.id in ids)
+        if worse := sum(bool((j.interval.evidence or {}).get("worse")) for j in selected):
+            sentences.append(
+                plural(
+                    "The correction of {n} of them would make something worse. Look at it alone.",
+                    "The corrections of {n} of them would make something worse. Look at each.",
+                    worse,
+                )
+            )
+        self.several.set_plain(" ".join(sentences))
         self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:

@@ -50,7 +50,7 @@ class IntervalsPanel(QWidget):
 
     activated = Signal()  # a row was double-clicked
     # With the number of selected intervals, including those in a selected group
-    number_changed = Signal(int)
+    ids_changed = Signal(tuple)
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -440,4 +440,4 @@ class IntervalsPanel(QWidget):
 
     def _report_number(self) -> None:
         if not self._refreshing:
-            self.number_changed.emit(len(self.selected_ids()))
+            self.ids_changed.emit(self.selected_ids())

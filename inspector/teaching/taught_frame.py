@@ -260,6 +260,6 @@ def reliable(share: float) -> str:
 def numbers(values: Array) -> str:
     """Return a vector or quaternion as text of a constant length.
 
-    A zero, which has no sign, is filled up: otherwise the tab would become wider between frames.
+    A zero has no sign and is padded, so that the tab does not become wider between frames.
     """
     return f"({', '.join(signed(v, 3).rjust(6, _BLANK) for v in values)})"

@@ -52,7 +52,7 @@ class Reviewing(FeatureParts):
         )  # fmt: skip
         self.intervals.activated.connect(visible.zoom_to_interval)
         self.intervals.unfold_with(actions["next_frame"], actions["previous_frame"])
-        self.intervals.number_changed.connect(self.detail.show_number)
+        self.intervals.ids_changed.connect(self.detail.show_selected)
         self.intervals.context_menu([actions[name] for name in _ON_ROWS])
         self.detail.judged.connect(self.review_actions.judge)
         self.detail.end_turned.connect(self.review_actions.turn_end)

@@ -359,3 +359,18 @@ def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
         ]
     finally:
         use_language("en")
+
+
+def test_a_group_says_how_many_of_its_corrections_make_something_worse(qtbot, kick):
+    series = next(t for t in things(kick) if isinstance(t, GroupRow) and t.name == SERIES_NAME)
+    go_to_series(qtbot, kick)
+    plain = kick.detail.several.text()
+    doubtful = [j for j in kick.document.intervals if j.id in series.ids and j.interval.evidence]
+    for judged in doubtful[:2]:
+        judged.interval.evidence["worse"] = ["hinge"]  # what an analysis notes for such intervals
+    kick.detail.show_selected(series.ids)
+    said = kick.detail.several.text().removeprefix(plain)
+    assert " 2 " in said
+    assert " 13 " not in said
+    kick.detail.show_selected(series.ids[:1])
+    assert kick.detail.several.isHidden()
