@@ -83,7 +83,7 @@ COLUMNS = (
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
 # Hidden in this order if there is too little room
-_SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")
+_SPARED = ("time", "frames", "note", "confidence", "kind", "end", "stop")
 _PAD = 10  # pixels on either side of a text
 # Pixels: maximum width of a column of names, minimum width of the first column
 _WIDEST, _LEAST = 190, 74

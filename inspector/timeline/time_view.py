@@ -68,7 +68,7 @@ class TimeView(pg.ViewBox):
 
     @property
     def all_values(self) -> tuple[float, float]:
-        """The range of all values."""
+        """The range of all values, as (lowest, highest)."""
         return self._all
 
     def forget_zoom(self) -> None:

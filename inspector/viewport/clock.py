@@ -104,7 +104,7 @@ def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     camera
         The camera of the image.
     degrees
-        The angle to write, in degrees.
+        The angle to show as text, in degrees.
     """
     circle = turn.circle
     axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis

@@ -90,7 +90,7 @@ class LoneJoint(Chain):
 
 @dataclass(frozen=True, eq=False)
 class AngleSign:
-    """An angle to write into the image, next to the wrong bone.
+    """An angle to show as text in the image, next to the wrong bone.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class AngleSign:
     bone
         The ends of the wrong bone before correction, (2, 3).
     turn
-        The rotation that is drawn as a fan, or None.
+        The rotation that is drawn as a fan (a circular sector), or None.
     """
 
     degrees: float
@@ -136,7 +136,7 @@ class FrameDrawing:
     roles
         The roles of the bones that were last drawn, in all images.
     sign
-        The angle to write into the last drawn image, or None.
+        The angle to show in the last drawn image, or None.
     """
 
     def __init__(self, document: Document) -> None:

@@ -37,9 +37,10 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _soft_size(curves: Curves) -> Array:
-    """Return |δ| in degrees in the frames of soft intervals, (frames,), and NaN in other frames.
+    """Return |δ| in degrees in the intervals of soft errors, and NaN in other frames, (frames,).
 
-    A soft error has no jump. Its strength, which is compared with τ, is the maximum of |δ|.
+    A soft error begins and ends gradually, without a jump. Its strength, which is compared with τ,
+    is the maximum of |δ|.
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
