@@ -90,7 +90,7 @@ class Meaning:
     Attributes
     ----------
     side
-        'Left', 'Right', or '' if the word means no side.
+        'Left', 'Right', or '' if the word does not mean a side.
     roles
         The ROLES that the word can mean, most likely first.
     marks
@@ -116,7 +116,8 @@ class Vocabulary:
     Attributes
     ----------
     pairs
-        Words for left and right that mean a side only in mirrored names.
+        Pairs of words for left and right. They mean a side only if the skeleton has both of two
+        mirrored names.
     languages
         Vocabularies whose words are used only if the whole skeleton is named in that language.
     joints
@@ -129,7 +130,10 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary of these words and of the words that only `other` has."""
+        """Return this vocabulary extended by the words of `other`.
+
+        If a word is in both vocabularies, its meaning in this one is used.
+        """
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -166,14 +170,17 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return the vocabulary parsed from `joint_names.toml`, which takes longer."""
+    """Parse `joint_names.toml` and return its vocabulary.
+
+    :func:`default_vocabulary` returns the same vocabulary faster.
+    """
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
     """Read the user's file of words and add its words to the default vocabulary.
 
-    Raises TwistError or FormatError if the file is damaged.
+    Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
     return vocabulary_of(read_words(path))
 
@@ -181,7 +188,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
 def read_words(path: Path) -> dict[str, Any]:
     """Read and check the user's file of words. Return the parsed TOML document.
 
-    Raises TwistError or FormatError if the file is damaged.
+    Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
     data = bytes_of(path)
     with errors_naming(path):
@@ -204,7 +211,7 @@ def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
 class _WordsError(FormatError):
     """An error in a file of words.
 
-    `at` contains words in or above the faulty line, by which the line is found.
+    `at` contains words in or above the faulty line, which are used to find its number.
     """
 
     def __init__(self, message: str, *at: str) -> None:
@@ -289,9 +296,10 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return a value of a table after `check` has converted it.
+    """Check and convert a value of a table.
 
-    Raises _WordsError, which knows the place in the file, if the check fails.
+    `check` converts the value or raises FormatError. In that case, _WordsError is raised with the
+    table and the key.
     """
     try:
         return check(value, key)

@@ -79,14 +79,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Scale vectors or quaternions to unit length along the last axis. None may have length 0."""
+    """Scale vectors or quaternions to unit length along the last axis. No length may be 0."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
 def continuous_signs(q: ArrayLike) -> Array:
-    """Choose the signs of quaternions so that they are continuous over frames, (frames, …, 4).
+    """Choose the signs of quaternions, (frames, …, 4), that make them continuous over the frames.
 
     The rotations do not change.
     """

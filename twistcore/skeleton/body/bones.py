@@ -13,7 +13,7 @@ from twistcore.skeleton.body.shape import Shape
 
 _NUMBERED = np.radians(5.0)  # a joint that is named like a piece but bends more is not a piece
 _UNKNOWN = np.radians(1.0)  # a joint with an unknown name that bends more is not a piece
-_BENT = np.radians(10.0)  # smallest bend that tells pieces from joints; some joint must bend more
+_BENT = np.radians(10.0)  # pieces are told from joints only if some joint bends more than this
 _FOOT = 0.35  # share of the longest bone; the limb ends before a shorter bone
 _NEARLY = 0.8  # share of the longest pair of bones; of longer pairs, the outermost is chosen
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
@@ -91,7 +91,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """Return True if a joint's name may mean two bones and no joint below settles which.
+    """Return True if a joint's name may mean two bones and no joint below it shows which one.
 
     `below` lists the limb's joints below `joint`, from the end upwards.
     """

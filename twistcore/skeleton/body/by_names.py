@@ -88,9 +88,10 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path from the end of a limb up to the root if only joints above have names.
+    """Return the path from a hand or foot with an unknown name up to the root, or None.
 
-    The result is None if there are no such joints. `taken` contains the joints of other limbs.
+    The path is found from the named joints above the hand or foot. The result is None if there are
+    none. `taken` contains the joints of other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -135,9 +136,9 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child with the longest line of joints below it, or None at an end.
+    """Return the child with the longest line of joints below it, or None if there is no child.
 
-    Children of the other side are ignored.
+    Children on the other side of the body are ignored.
     """
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]

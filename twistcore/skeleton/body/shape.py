@@ -35,7 +35,8 @@ class Shape:
     Attributes
     ----------
     children, offsets, lengths
-        The person's children, the offset (:func:`bone_offset`) and its mean length, for each joint.
+        For each joint, its children that belong to the person, its offset (:func:`bone_offset`) and
+        the mean length of this offset.
     solid
         For each joint, True if its offset has a length.
     """
@@ -171,10 +172,10 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return the joint that ends a line's last bone although its name means a finger or prop.
+        """Return the joint at which a line really ends, if its name means a finger or a prop.
 
         The line must have two whole bones, and the joint must have children, like a hand. The
-        result has at most one joint.
+        result contains this joint or is empty.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.outside_limbs[below[0]]:
