@@ -1,8 +1,8 @@
 """Find the chains of parent, child and grandchild in which twist errors are visible.
 
-In equations, the joints of a chain are P, C and G [Choi26 §3.1, §4.1.1]. P is
-always the direct parent of C, because in a twist error the children of P rotate back. If a bone is
-divided into pieces, there is one chain for each piece.
+In equations, the joints of a chain are P, C and G [Choi26 §3.1, §4.1.1]. P is always the direct
+parent of C, because in a twist error the children of P rotate back. If a bone is divided into
+pieces, there is one chain for each piece.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Chain:
     def label(self) -> str:
         """Return the label for tables, such as 'Left ForeArm'.
 
-        If there are several people, it begins with the person's name: 'B · Left ForeArm'.
+        If there are several people, the label begins with the person's name: 'B · Left ForeArm'.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 

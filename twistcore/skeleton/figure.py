@@ -13,8 +13,9 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    The direction from the knees to the shoulders decides, because the rest pose may be arbitrary.
-    Without limbs, the rest pose decides. `positions` has the shape (frames, joints, 3).
+    The result is determined from the direction from the knees to the shoulders, because the rest
+    pose may be arbitrary. The rest pose is used only if there are no limbs. `positions` has the
+    shape (frames, joints, 3).
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -52,8 +53,8 @@ def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
     """Return the horizontal direction that the figure faces, a unit vector of shape (3,).
 
     The heading is perpendicular to the direction from right to left across hips and shoulders. If
-    the sides are unknown, the heading is Z, or −Y if Z is up. If there are several
-    people, the heading is that of the person to whom the first chain belongs.
+    the sides are unknown, the heading is Z, or −Y if Z is up. If there are several people, the
+    heading is that of the person to whom the first chain belongs.
 
     Parameters
     ----------

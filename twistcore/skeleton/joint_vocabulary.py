@@ -61,7 +61,7 @@ class JointName:
     helper
         True if the joint only distributes the twist of its bone.
     other
-        True for a part of the head or hand, or of a prop, which belongs to no arm or leg.
+        True for a part of the head, a hand or a prop, which does not belong to an arm or a leg.
     trunk
         True for the pelvis, the spine and the neck.
     word
@@ -79,7 +79,7 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """Return True for a part of the head or hand, or of a prop."""
+        """Return True for a part of the head, a hand or a prop."""
         return self.other
 
 
@@ -351,9 +351,10 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def parse_joint_meaning(name: str, said: str) -> JointName:
-    """Return the meaning of the user's words for a joint: 'left hand', 'helper', 'unknown' etc.
+    """Parse the user's words for a joint, such as 'left hand', 'helper' or 'unknown'.
 
-    Raises FormatError if the words have no meaning.
+    `name` is the joint's name, and `said` contains the words. Raises FormatError if the words have
+    no meaning.
     """
     words = said.casefold().split()
     side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""

@@ -358,7 +358,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of words with which all runs begin."""
+    """Return the number of words that all runs of words have in common at the beginning."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -378,7 +378,7 @@ def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
     """Remove words from the beginning (`step` 1) or end (−1) of a name.
 
-    The outermost `keep` words stay.
+    The `keep` outermost words are not removed.
     """
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]

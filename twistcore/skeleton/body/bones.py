@@ -70,7 +70,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints below the k-th joint of `path`, without pieces."""
+        """Return the roles of the joints below the k-th joint of `path`, except for pieces."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -103,8 +103,8 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
     """Return the bones of a line of joints, from the trunk to the end of the limb.
 
-    The foot or hand is not included, except for a long foot, such as a horse's, if `segments` is
-    empty.
+    The foot or hand is not included. However, a long foot, such as a horse's, is included if
+    `segments` is empty.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Return the index of the pair of bones that are thigh and shin, or upper arm and forearm.
+    """Return the index of the pair of bones that form the limb, such as thigh and shin.
 
     `sums` has the total length of each pair of neighbouring bones, starting at the trunk. The
     longest pair is chosen. Among pairs that are nearly as long, the outermost is chosen, since a

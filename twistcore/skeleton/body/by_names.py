@@ -20,7 +20,7 @@ Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs in which the end, or a joint above the end, has a known name.
+    """Return the limbs in which the hand or foot, or a joint above it, has a known name.
 
     The dict is keyed by (side, kind).
     """
@@ -53,7 +53,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """Return True for a root that has several children and a name that belongs to no limb."""
+    """Return True if a joint is a root with several children and its name has no role in a limb."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -149,7 +149,7 @@ def _main_child(shape: Shape, joint: int) -> int | None:
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint nearest below a foot whose name means a toe of the given side, or −1."""
+    """Return the nearest joint below a foot that is named as a toe of the given side, or −1."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

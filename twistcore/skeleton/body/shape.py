@@ -19,7 +19,7 @@ _FINGERS = 3  # minimum number of lines of joints that begin at a hand or paw
 
 
 class Shape:
-    """Measurements by which limbs are found in one person's part of a skeleton.
+    """Measurements of one person's part of a skeleton, with which the limbs are found.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Shape:
 
     @cached_property
     def outside_limbs(self) -> list[bool]:
-        """Return a mask of the head, fingers and props, and of all joints below them."""
+        """Return a mask of the joints of heads, fingers and props, and of all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -191,7 +191,7 @@ class Shape:
 
     @cached_property
     def rest(self) -> Array:
-        """Return the positions of the joints in the rest pose, (joints, 3)."""
+        """Return the positions of the joints in the rest pose, (joints, 3), in the file's unit."""
         out = np.zeros((len(self.names), 3))
         for joint, parent in enumerate(self.parents):
             out[joint] = self.skeleton.offsets[joint] + (out[parent] if parent >= 0 else 0.0)
