@@ -54,7 +54,7 @@ def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
 
     The heading is perpendicular to the direction from right to left across hips and shoulders. If
     the sides are unknown, the heading is Z, or −Y if Z is up. If there are several people, the
-    heading is that of the person to whom the first chain belongs.
+    result is the heading of the person to whom the first chain belongs.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """A detector of opposite turns of parent and child that natural motion does not explain."""
+    """A detector of opposite rotations of parent and child that are not natural motion."""
 
     info = DetectorInfo(
         name="consistency",

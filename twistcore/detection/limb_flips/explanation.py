@@ -21,12 +21,12 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 RUN = 1.0  # cost of every run
-FOLLOWED = 2.5  # cost of a jump inside a run; another run is cheaper
+FOLLOWED = 2.5  # cost of a jump inside a run; a second run is cheaper
 SECOND = 4.0  # cost of each second of a run
 CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that remains after the edges of a run
-NEVER_CLOSED = math.radians(110.0)  # no run may leave a larger angle
-# Additional cost of a run that leaves at least the angle CLOSED, more than rounding and motion
-# explain.
+NEVER_CLOSED = math.radians(110.0)  # maximum angle that may remain after a run
+# Additional cost of a run after which at least the angle CLOSED remains. This angle is larger than
+# rounding and motion explain.
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # cost of an edge that takes several frames
 LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that remains unexplained
@@ -44,7 +44,7 @@ OBSERVATION = 0.08  # seconds; the frames in this time count as one observation
 FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line has less weight
 ROUNDS = 3  # rounds of finding runs and estimating the usual side without them
 _BINS, _BLUR = 72, 25.0  # number of bins of the density of the swivel; its smoothing in degrees
-_BLOCK = 1000  # number of runs whose evidence is computed together
+_BLOCK = 1000  # number of runs for which the evidence is computed together
 _ANYWHERE = 0.1  # share of a uniform density in the density
 
 
@@ -67,7 +67,7 @@ class Run:
     side
         The evidence that the limb belongs on the other side, as a logarithm of odds.
     odds
-        The additional cost of the cheapest explanation without this run.
+        The additional cost of the cheapest explanation without this run, a logarithm of odds.
     """
 
     start: int
@@ -245,7 +245,7 @@ def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Dens
     `weight` contains the weight of each frame in the evidence, and `log` is the log density.
     """
     out, as_is = [], log(angle)
-    for first in range(0, len(possible), _BLOCK):  # a restless clip has very many possible runs
+    for first in range(0, len(possible), _BLOCK):  # a jittery clip has very many possible runs
         arcs = possible[first : first + _BLOCK]
         runs = [arc.run for arc in arcs if arc.run is not None]
         frames = np.concatenate([np.arange(run.start, run.stop) for run in runs])
