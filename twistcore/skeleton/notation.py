@@ -114,7 +114,7 @@ class DistinctFrames:
 
     @property
     def smallest(self) -> float:
-        """Return the smallest τ, in radians, at which errors can be told from motion.
+        """Return the smallest τ, in radians, at which errors can be distinguished from motion.
 
         The result is 0 for held frames.
         """

@@ -211,8 +211,8 @@ class ConsistencyAnalysis:
     chains
         The analysis of each chain, keyed by chain name.
     cut
-        Mask of the frames whose step from the previous frame is not motion, including frame 0,
-        shape (frames,).
+        Mask of the frames that do not continue the motion of the previous frame, shape (frames,).
+        It includes frame 0.
     own_twist
         The result of :func:`pieces.own_twist` for each chain whose child is a piece of the same
         bone, keyed by chain name.

@@ -297,7 +297,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments x and y of a chain without the effects of errors in its neighbours.
+    """Return the twist increments x and y of a chain, without effects of errors in its neighbours.
 
     `jumps` contains the jumps of all chains, and `row` is the row of the chain.
     """
@@ -362,7 +362,7 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, one item for each row.
+    """Return the jumps of all chains of limbs, one item for each chain.
 
     `cut` is the mask of the cuts and of frame 0, shape (frames,), and `segments` is the result of
     :func:`segments_between`. `tell` is called with the progress.
@@ -415,7 +415,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines by their length and by whether a bone axis varies over time."""
+    """Group lines by their number of chains and by whether a bone axis varies over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)

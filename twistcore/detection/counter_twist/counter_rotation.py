@@ -174,9 +174,9 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales in a clip with linear keys, in which only keys are free.
+        """Return the residuals and scales in a clip with linear keys.
 
-        Between two keys, the pace of natural motion is constant.
+        The predictions assume that the pace of natural motion is constant between two keys.
         """
         assert self._limbs.keys is not None
         keys = self._limbs.keys

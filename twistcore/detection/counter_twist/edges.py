@@ -92,7 +92,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of consecutive frames with the same sign of d and kind, (n, 2).
+    """Return runs [start, stop) of frames in which the sign of d and the kind are equal, (n, 2).
 
     `at` contains the frames to examine, `kind` is a mask and `d` is the counter-rotation, both
     (frames,). A run has at most LONGEST frames.

@@ -1,8 +1,8 @@
 """Compute the probability that a correction is right, and express the doubts about it in words.
 
 The probability is a logistic function of terms. The sign of each term follows from physics. The
-weights were fitted to injected errors and to intervals in public captures that people judged (see
-`benchmarks.evidence`).
+weights were fitted to injected errors and to intervals in public captures that were judged one by
+one (see `benchmarks.evidence`).
 """
 
 from __future__ import annotations

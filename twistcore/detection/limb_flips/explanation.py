@@ -104,7 +104,7 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Return the runs that explain the jumps of a limb best, sorted by start.
+    """Return the runs of flipped frames that explain the jumps of a limb best, sorted by start.
 
     Parameters
     ----------
@@ -217,9 +217,9 @@ def _log_density(angle: Array, weight: Array) -> Density:
 
 
 def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
-    """Return the steps with all possible runs, sorted by target.
+    """Return all possible runs, as steps of an explanation that are sorted by target.
 
-    The evidence about the side is not included.
+    Their costs do not include the evidence about the side of the limb.
     """
     out = []
     for k, last in enumerate(jumps):
@@ -240,9 +240,10 @@ def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
 
 
 def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Density) -> list[_Arc]:
-    """Return steps with their runs' evidence that the limb belongs on the other side.
+    """Add the evidence that a limb belongs on the other side to the runs and costs of steps.
 
-    `weight` contains the weight of each frame in the evidence, and `log` is the log density.
+    The changed steps are returned. `weight` contains the weight of each frame in the evidence, and
+    `log` is the log density of the swivel angle.
     """
     out, as_is = [], log(angle)
     for first in range(0, len(possible), _BLOCK):  # a jittery clip has very many possible runs
@@ -271,7 +272,7 @@ def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -
 
 
 def _price(run: Run, fps: float) -> float:
-    """Return the cost of a run without the evidence about the side."""
+    """Return the cost of a run, without the evidence about the side of the limb."""
     open_by = abs(run.residual)
     return (
         RUN
@@ -323,7 +324,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """Return True if two runs share half of their frames, so that they describe the same error."""
+    """Return True if two runs share at least half of their frames and so describe one error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)

@@ -99,7 +99,7 @@ class LimbFlips:
         return np.maximum(step[frames] - median_around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians, and smaller ones at which their flips may end.
+        """Return the jumps of at least τ radians, and smaller ones that may be opposite edges.
 
         The jumps are sorted by start.
         """

@@ -110,7 +110,7 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the angle by which a limb turns about its line since the previous frame, (frames,).
+    """Return the angle by which a limb rotated about its line since the previous frame, (frames,).
 
     Three measures show this angle: the rotation of P, the rotation of the bone that ends in E, and
     the position of C. The result is the angle on which the position and at least one rotation
@@ -145,10 +145,10 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the angles by which a limb turns between pairs of frames, and a mask of reliable ones.
+    """Return how far a limb rotates between pairs of frames, and a mask of the reliable angles.
 
-    Both have the shape (n,). `before` and `after` each consist of the parameters of :func:`_jump`
-    for n frames. An angle is reliable if its measures agree.
+    Both have the shape (n,), and angles are in radians. `before` and `after` each consist of the
+    parameters of :func:`_jump` for n frames. An angle is reliable if its measures agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)

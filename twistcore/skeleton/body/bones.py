@@ -13,7 +13,7 @@ from twistcore.skeleton.body.shape import Shape
 
 _NUMBERED = np.radians(5.0)  # a joint that is named like a piece but bends more is not a piece
 _UNKNOWN = np.radians(1.0)  # a joint with an unknown name that bends more is not a piece
-_BENT = np.radians(10.0)  # pieces are told from joints only if some joint bends more than this
+_BENT = np.radians(10.0)  # pieces are distinguished from joints only if a joint bends more
 _FOOT = 0.35  # share of the longest bone; the limb ends before a shorter bone
 _NEARLY = 0.8  # share of the longest pair of bones; of longer pairs, the outermost is chosen
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
