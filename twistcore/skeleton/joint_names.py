@@ -100,7 +100,7 @@ def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[Jo
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meanings of the names in the language that recognises most bones.
+    """Interpret names in the language in which most bones are recognised.
 
     `words` lists the words of each joint's name.
     """

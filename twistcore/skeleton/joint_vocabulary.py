@@ -79,7 +79,7 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """Return True for a part of the head, a hand or a prop."""
+        """Return True if the name means a part of the head, a hand or a prop."""
         return self.other
 
 

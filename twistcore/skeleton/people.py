@@ -227,7 +227,7 @@ def _likeness(one: _Top, other: _Top) -> float:
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return sibling joints with their subtrees, marks and limbs."""
+    """Return a top for each sibling joint: the joint with its subtree, mark and limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -262,7 +262,7 @@ def _sizes(skeleton: Skeleton) -> list[int]:
 
 
 def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
-    """Return a joint and all joints below it, in file order."""
+    """Return a joint and all its descendants, in file order."""
     out = [joint]
     for here in out:
         out.extend(skeleton.children[here])
@@ -273,7 +273,11 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return each person's name: the mark or, without one, the first joint's name or a number."""
+    """Return each person's name.
+
+    The name is the part of the joint names that identifies the person. If there is none, it is the
+    first joint's name or a number.
+    """
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -306,7 +310,10 @@ def _before(name: str, names: Sequence[str]) -> str:
 
 
 def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
-    """Return, for each group of joint names, its mark and its names without the mark."""
+    """Return the mark of each group of joint names, and the names without the mark.
+
+    A mark is the part of the names that identifies a person.
+    """
     spaces, numbers, bare = [], [], []
     for group in names:
         parts = [_NUMBERED.fullmatch(name) for name in group]
@@ -358,7 +365,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of words that all runs of words have in common at the beginning."""
+    """Return the number of words at the beginning that all lists of words share."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1

@@ -321,8 +321,8 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
     """Return the chain with an `arm` that points to a grandchild that is not a child of C.
 
-    The direction varies over the frames if the joints in between bend. If the grandchild comes too
-    close to C, the chain has no grandchild.
+    The direction varies over the frames if the joints in between bend. If the grandchild is
+    too close to C in any frame, the chain has no grandchild.
     """
     bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

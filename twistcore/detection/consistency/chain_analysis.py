@@ -133,7 +133,7 @@ class ChainAnalysis:
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def is_replaced(self, interval: Interval) -> bool:
-        """Return True if soft errors replace an interval between jumps."""
+        """Return True if soft errors replace this interval, which was found between jumps."""
         return any(_meet(interval, frames) for frames in self.replaced)
 
     def with_soft(

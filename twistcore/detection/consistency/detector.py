@@ -51,7 +51,7 @@ LONG = 20_000  # frames; in longer clips, limbs are analysed one at a time
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains of a motion, up to the point where τ is needed.
+    """Analyse chains of a motion, before a threshold τ is chosen.
 
     `tell` is called with the progress, from 0 to 1. `effort` is the work allowed for the search for
     soft errors, as a fraction of the usual work.

@@ -1,4 +1,4 @@
-"""Check possible errors between two pieces of a bone by the twist of the first piece.
+"""Use the twist of the first piece of a bone to check errors between it and the next piece.
 
 In some rigs, only the last piece of a bone rolls, and the first piece only swings. If the path of
 the swing is curved, the first piece still rotates about its bone from frame to frame, and the next

@@ -121,7 +121,7 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the increments of joints without the effects of errors, in radians, (2, n + 1, m)."""
+    """Return the twist increments of joints without effects of errors, radians, (2, n + 1, m)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
     # A run that is chosen together with others must gain more than 0. The only run of a frame must

@@ -33,7 +33,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains of a motion, up to the point where τ is needed.
+        """Analyse chains of a motion, before a threshold τ is chosen.
 
         `tell` is called with the progress, from 0 to 1.
         """

@@ -1,10 +1,10 @@
 """Explain the jumps of a limb by runs of frames in which the limb is flipped, at the lowest cost.
 
-Each sharp jump is an edge of a run, or is inside a run whose offset follows the jump, or remains
+Each sharp jump is an edge of a run, or is inside a run and changes its offset, or remains
 unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
-its edges. The cost falls with the evidence that the limb belongs on the other side, which is the
-distribution of its swivel angle in the clip. Costs are logarithms of odds, so a difference of costs
-shows how certain an explanation is.
+its edges. The cost is lower if the distribution of the swivel angle in the clip indicates that the
+limb belongs on the other side. Costs are logarithms of odds, so a difference of costs shows how
+certain an explanation is.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def why_unexplained(
     """Return the costs that show why :func:`explain` left a jump unexplained.
 
     `jump` is the jump and `runs` is the result of :func:`explain`. The other parameters have the
-    same meaning as there.
+    same meaning as in :func:`explain`.
     """
     best = Unexplained(_price_left(jump))
     possible = _possible_runs(jumps, fps)

@@ -265,7 +265,7 @@ class LimbFlipAnalysis:
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse the flips of limbs, up to the point where τ is needed.
+    """Analyse the flips of limbs, before a threshold τ is chosen.
 
     `tell` is called with the progress, from 0 to 1.
     """

@@ -97,7 +97,7 @@ class LocalDepartures:
         )
 
     def departures(self, courses: Array) -> Single:
-        """Return the departures of m offsets from their bridges, in radians, (m, 3, n).
+        """Return the departures of m offsets from their natural courses, in radians, (m, 3, n).
 
         `courses` contains the offsets in each frame of the range, radians, shape (m, frames).
         Outside the range they are 0.

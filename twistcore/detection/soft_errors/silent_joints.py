@@ -150,8 +150,8 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Find and remove the errors that the silent joints of a limb show, one at a time.
 
     `sides` is the result of :func:`silent_sides` for the rows of the limb. If several silent joints
-    twist in the same frames, a single error may be the cause. In that case, the error is chosen
-    whose removal leaves the least twist in the silent joints.
+    twist in the same frames, a single error may be the cause. In that case, the
+    chosen error is the one whose removal leaves the least twist in the silent joints.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)

@@ -99,7 +99,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors, which are removed from the surprise."""
+        """Search the whole limb, remove its soft errors from the surprise, and return them."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found

@@ -304,7 +304,10 @@ class Surprise:
         return np.where(inside, level[:, inner] - course, 0.0), sigma
 
     def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:
-        """Return β and σ for bridges over frame ranges, (n, 2), from spans of similar length."""
+        """Return β and σ (see :class:`Natural`) for bridges over n frame ranges, (n, 2).
+
+        The values, each (n,), are interpolated from spans of similar length.
+        """
         starts, stops = ranges.T
         length = np.maximum(stops - starts, 1)
         grids, lengths = self._grids, self._grids.length
