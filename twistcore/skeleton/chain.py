@@ -177,8 +177,8 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
     """Yield the chains of a limb from the trunk outwards. Bones of length 0 are skipped."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces of a bone are collinear, so the direction to G would not show how far C rotates. The
-        # chain of a piece uses an axis of C instead.
+        # Pieces of a bone are collinear, so the direction to G would not show how far C rotates.
+        # The chain of a piece uses an axis of C instead.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
