@@ -1,1 +1,1 @@
-"""Rotations, skeletons and motions; finding limbs and chains; twist signals."""
+"""Skeletons and their motion: rotations, chains, limbs, people and twist signals."""

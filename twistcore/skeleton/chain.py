@@ -1,8 +1,8 @@
 """Find the chains of parent, child and grandchild in which twist errors are visible.
 
-In equations, the joints of a chain are P, C and G [Choi26 §3.1, §4.1.1]. P is the direct parent of
-C, because the children of P undo an error of P. If a bone is divided into pieces, every piece has
-its own chain.
+In equations, the joints of a chain are P, C and G [Choi26 §3.1, §4.1.1]. P is always the direct
+parent of C, because in a twist error the children of P rotate back. If a bone is divided into
+pieces, there is one chain for each piece.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # a name is suggested for a mistyped one if difflib's ratio is at least this
+_NEAR = 0.75  # minimum ratio of difflib for suggesting a name in place of a mistyped one
 _COLLINEAR = np.cos(np.radians(20.0))
 # If a bone's direction varies more, the chain stores the direction of every frame.
 VARYING = np.cos(np.radians(1.0))
@@ -95,7 +95,7 @@ class Chain:
     def label(self) -> str:
         """Return the label for tables, such as 'Left ForeArm'.
 
-        If there are several people, it begins with the person's name: 'B · Left ForeArm'.
+        If there are several people, the label begins with the person's name: 'B · Left ForeArm'.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 
@@ -112,7 +112,7 @@ class Chain:
 
     @property
     def list_label(self) -> str:
-        """Return the label for a list of both chains and limbs."""
+        """Return the label for a list that contains chains and limbs."""
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
@@ -128,7 +128,7 @@ class Chain:
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints that an error or its correction changes: P and its children.
 
-        `carried` has a meaning only for limbs.
+        `carried` is ignored here. Only :class:`Limb` uses it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -174,11 +174,11 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """Yield the chains of a limb from the trunk outwards, without bones of length 0."""
+    """Yield the chains of a limb from the trunk outwards. Bones of length 0 are skipped."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces of a bone are collinear, so the direction to G would not show how far C turns. The
-        # chain of a piece uses an axis of C instead.
+        # Pieces of a bone are collinear, so the direction to G would not show how far C rotates.
+        # The chain of a piece uses an axis of C instead.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
@@ -214,9 +214,9 @@ def make_chain(
 
 
 def chains_by_limb(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
-    """Group the chains that change a common joint, directly or through other chains.
+    """Group chains whose corrections change the same joints, directly or through other chains.
 
-    An error in one group does not affect another group. The groups are ordered by their last chain.
+    An error in one group does not affect other groups. The groups are ordered by their last chain.
     """
     changers: dict[int, list[int]] = {}
     changed = [chain.changed_joints(skeleton) for chain in chains]
@@ -238,10 +238,11 @@ def chains_by_limb(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[C
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the names of a chain's joints that cannot be corrected: they lack rotation channels.
+    """Return the names of the joints that a correction would change but that cannot be rotated.
 
-    The result is empty if the chain can be corrected. `carried` is True for a limb flip in which
-    the end turned with the limb, so that its local rotation needs no correction.
+    These joints lack rotation channels. The result is empty if the chain can be corrected.
+    `carried` is True for a limb flip in which the foot or hand rotated with the limb. Its local
+    rotation then needs no correction.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -307,7 +308,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Return the chains keyed by person, each person's in the given order."""
+    """Group chains by the name of the person. Within each group, the order does not change."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)

@@ -13,8 +13,9 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    The direction from the knees to the shoulders decides, because the rest pose may be arbitrary.
-    Without limbs, the rest pose decides. `positions` has the shape (frames, joints, 3).
+    The result is determined from the direction from the knees to the shoulders, because the rest
+    pose may be arbitrary. The rest pose is used only if there are no limbs. `positions` has the
+    shape (frames, joints, 3).
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -39,8 +40,8 @@ def up_letter(motion: Motion) -> str:
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
     """Return the height of a figure, in the file's unit, in the frame in which it is largest.
 
-    The result is at most the height of the rest pose. Of several people, the tallest counts. About
-    200 frames are examined. `positions` has the shape (frames, joints, 3).
+    The result is at most the height of the rest pose. If there are several people, the tallest one
+    is measured. About 200 frames are examined. `positions` has the shape (frames, joints, 3).
     """
     some = positions[:: max(1, len(positions) // 200)]
     poses = (some[:, list(person.joints)] for person in find_people(skeleton))
@@ -49,11 +50,11 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
 
 
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
-    """Return the horizontal unit vector in which the figure faces, (3,).
+    """Return the horizontal direction that the figure faces, a unit vector of shape (3,).
 
     The heading is perpendicular to the direction from right to left across hips and shoulders. If
-    the sides are unknown, the heading is Z, or −Y if Z is up. Of several people, the first one with
-    chains counts.
+    the sides are unknown, the heading is Z, or −Y if Z is up. If there are several people, the
+    result is the heading of the person to whom the first chain belongs.
 
     Parameters
     ----------

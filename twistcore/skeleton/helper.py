@@ -1,8 +1,8 @@
 """Find twist bones next to a chain, as in Unreal rigs.
 
 Such a *helper* distributes the roll of a bone. It is a child of the joint where the bone begins,
-and turns about the bone. If a helper turns by a wrong angle, the skin twists like a candy wrapper
-although no joint of the limb is wrong.
+and it rotates about the bone. If a helper rotates by a wrong angle, the skin twists like a candy
+wrapper, although every joint of the limb is correct.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class Helper(Chain):
 
     @property
     def part(self) -> str:
-        """Return the names of bone and helper, such as 'Left Arm · upperarm_twist_01_l'."""
+        """Return the names of the bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
         bone = f"{self.side} {self.segment}"
         return f"{bone} · {self.name}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return the label for a list of both chains and limbs."""
+        """Return the label for a list that contains chains and limbs."""
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
@@ -66,7 +66,11 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield the helpers of a bone: children named as helpers, and leaf joints on the bone."""
+    """Yield the helpers of a bone.
+
+    They are children of the bone's first joint that have the name of a helper, or that are on the
+    bone and have no children.
+    """
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:
@@ -81,7 +85,7 @@ def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator
 
 
 def _lies_on(motion: Motion, joint: int, child: int) -> bool:
-    """Return True for a leaf joint that is on the bone to `child`, between its ends."""
+    """Return True if a joint has no children and is on the bone that ends at `child`."""
     if motion.skeleton.children[joint]:
         return False
     place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))

@@ -47,7 +47,8 @@ HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-# An unknown first or last word of at least this share of the joints is the rig's name.
+# If at least this share of the joint names begins or ends with an unknown word, the word is the
+# rig's name.
 _SHARED = 0.6
 _FEWEST = 3  # minimum number of bones that a language must add to those already recognised
 _ENOUGH = 6  # no other language is tried if this many bones are recognised
@@ -99,7 +100,7 @@ def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[Jo
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meanings of the names in the language that recognises most bones.
+    """Interpret names in the language in which most bones are recognised.
 
     `words` lists the words of each joint's name.
     """
@@ -122,7 +123,7 @@ def _known(joints: Iterable[JointName]) -> int:
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
-    """Return the number of different bones that the names mean."""
+    """Return the number of different words for bones that the names contain."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
 
 
@@ -153,7 +154,7 @@ class _Piece:
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
     """Return the meaning of each joint's words.
 
-    Names are first interpreted one by one, and then compared with the other names.
+    Names are first interpreted one by one and then compared with each other.
     """
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
@@ -168,7 +169,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """Return all digits of a name, without those of the rig's prefix, such as Bip01."""
+    """Return the digits of a name, except those in a prefix of the rig such as Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -181,7 +182,7 @@ def _number(words: list[str], vocabulary: Vocabulary) -> str:
 
 
 def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
-    """Return the words of a name, with phrases joined and compounds split."""
+    """Join the phrases in a name and split its compounds. Return the resulting words."""
     split: list[_Piece] = []
     for word in words:
         split += _split_side(folded(word), word.isupper(), vocabulary)
@@ -221,7 +222,10 @@ def _split_side(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """Return True if a word may be part of a compound. Short alphabetic words may not."""
+    """Return True if a word may be part of a compound.
+
+    It must have at least `shortest` letters, unless its script has no upper and lower case.
+    """
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -343,9 +347,9 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Remove roles that another name fits better, and order the roles that remain.
+    """Remove roles for which another joint has a better name, and sort the remaining roles.
 
-    Of several possible roles, the one that no other joint on that side has is preferred.
+    If a joint has several possible roles, a role that no other joint on its side has comes first.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -377,9 +381,9 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Return the joints with their most likely roles first, and the certain (side, role) pairs.
+    """Sort each joint's roles. Return the joints and the pairs (side, role) that are certain.
 
-    A role comes last if it is certain for another joint.
+    The most likely role comes first. A role comes last if it is certain for another joint.
     """
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
@@ -402,7 +406,7 @@ def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[s
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return how far a name is from a plain, known name: 0 for a plain name, up to 3."""
+    """Return a rank from 0 for a plain, known name to 3 for a name that is only a last resort."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

@@ -61,7 +61,7 @@ class JointName:
     helper
         True if the joint only distributes the twist of its bone.
     other
-        True for a part of the head or hand, or of a prop, which belongs to no arm or leg.
+        True for a part of the head, a hand or a prop, which does not belong to an arm or a leg.
     trunk
         True for the pelvis, the spine and the neck.
     word
@@ -79,7 +79,7 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """Return True for a part of the head or hand, or of a prop."""
+        """Return True if the name means a part of the head, a hand or a prop."""
         return self.other
 
 
@@ -90,7 +90,7 @@ class Meaning:
     Attributes
     ----------
     side
-        'Left', 'Right', or '' if the word means no side.
+        'Left', 'Right', or '' if the word does not mean a side.
     roles
         The ROLES that the word can mean, most likely first.
     marks
@@ -116,7 +116,8 @@ class Vocabulary:
     Attributes
     ----------
     pairs
-        Words for left and right that mean a side only in mirrored names.
+        Pairs of words for left and right. They mean a side only if the skeleton has both of two
+        mirrored names.
     languages
         Vocabularies whose words are used only if the whole skeleton is named in that language.
     joints
@@ -129,7 +130,10 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary of these words and of the words that only `other` has."""
+        """Return this vocabulary extended by the words of `other`.
+
+        If a word is in both vocabularies, its meaning in this one is used.
+        """
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -166,14 +170,17 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return the vocabulary parsed from `joint_names.toml`, which takes longer."""
+    """Parse `joint_names.toml` and return its vocabulary.
+
+    :func:`default_vocabulary` returns the same vocabulary faster.
+    """
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
     """Read the user's file of words and add its words to the default vocabulary.
 
-    Raises TwistError or FormatError if the file is damaged.
+    Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
     return vocabulary_of(read_words(path))
 
@@ -181,7 +188,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
 def read_words(path: Path) -> dict[str, Any]:
     """Read and check the user's file of words. Return the parsed TOML document.
 
-    Raises TwistError or FormatError if the file is damaged.
+    Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
     data = bytes_of(path)
     with errors_naming(path):
@@ -204,7 +211,7 @@ def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
 class _WordsError(FormatError):
     """An error in a file of words.
 
-    `at` contains words in or above the faulty line, by which the line is found.
+    `at` contains words in or above the faulty line, which are used to find its number.
     """
 
     def __init__(self, message: str, *at: str) -> None:
@@ -289,9 +296,10 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return a value of a table after `check` has converted it.
+    """Check and convert a value of a table.
 
-    Raises _WordsError, which knows the place in the file, if the check fails.
+    `check` converts the value or raises FormatError. In that case, _WordsError is raised with the
+    table and the key.
     """
     try:
         return check(value, key)
@@ -343,9 +351,10 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def parse_joint_meaning(name: str, said: str) -> JointName:
-    """Return the meaning of the user's words for a joint: 'left hand', 'helper', 'unknown' etc.
+    """Parse the user's words for a joint, such as 'left hand', 'helper' or 'unknown'.
 
-    Raises FormatError if the words have no meaning.
+    `name` is the joint's name, and `said` contains the words. Raises FormatError if the words have
+    no meaning.
     """
     words = said.casefold().split()
     side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""

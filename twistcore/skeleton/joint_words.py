@@ -72,7 +72,7 @@ def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the names decoded in each possible encoding.
 
     A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). If
-    there is none, the names are returned unchanged.
+    the names contain no such byte, they are returned unchanged.
     """
     if not any(_is_byte(c) for name in names if not name.isascii() for c in name):
         return [tuple(names)]

@@ -1,7 +1,7 @@
 """Find limbs: whole arms and legs of three joints.
 
-A limb flip turns a limb about the line from its first joint to its end. The angle of the middle
-joint about that line is called *swivel angle* in inverse kinematics.
+A limb flip rotates a limb about the line from its first joint to its end. In inverse kinematics,
+the angle of the middle joint about this line is called the *swivel angle*.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-# Share of the longer bone. If a bone is shorter, the middle joint is no knee or elbow.
+# Minimum length of the shorter bone, as a share of the longer one. If the bone is shorter, the
+# middle joint is not a knee or an elbow.
 _SHORTEST = 0.3
 
 
@@ -28,12 +29,13 @@ _SHORTEST = 0.3
 class Limb(Chain):
     """A whole leg or arm: hip P, knee C and ankle E, or shoulder P, elbow C and wrist E.
 
-    A limb flip turns the limb about the line from P to E, not about the bone from P to C.
+    A limb flip rotates the limb about the line from P to E, not about the bone from P to C.
 
     Parameters
     ----------
     name : str
-        Names of P and E, such as 'LeftUpLeg-LeftFoot', while a chain has the name of P.
+        Names of P and E, such as 'LeftUpLeg-LeftFoot'. This differs from a chain's name, which is
+        the name of P.
     parent, child, grandchild : int
         Indices of P, C and E.
     axis, arm, side, segment, warnings, pieces, ends, person
@@ -58,7 +60,7 @@ class Limb(Chain):
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints whose local rotation a flip or its correction changes: P and E.
 
-        `carried` is True if E turned with the limb. In this case only P changes.
+        `carried` is True if E rotated with the limb. In this case, only P changes.
         """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)

@@ -184,7 +184,7 @@ class Motion:
         return offset
 
     def with_rotations(self, rotations: Array) -> Motion:
-        """Return a copy with other local rotations, shape (frames, joints, 4)."""
+        """Return a copy with different local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
     def at(self, frames: NDArray[np.intp]) -> Motion:

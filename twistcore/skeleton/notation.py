@@ -1,7 +1,8 @@
-"""Recognise coarsely written clips: rounded angles, held frames and linear keys.
+"""Recognise clips with a coarse *notation*: rounded angles, held frames or linear keys.
 
-Artefacts of such a coarse notation are neither motion nor errors. Only the numbers of a clip are
-used to recognise its notation. A clip in ordinary notation is never mistaken for a coarse one.
+Held frames repeat the previous frame. Between linear keys, joints rotate at constant speed. The
+artefacts of such a notation are neither motion nor errors. The notation is recognised only from the
+numbers of the clip. A clip in ordinary notation is never mistaken for a coarse one.
 """
 
 from __future__ import annotations
@@ -34,17 +35,17 @@ SAMPLE = 1024  # number of frames in the middle of a clip that are examined
 HELD_SHARE, HELD_ALIKE = 0.4, 0.9
 STILL = 3.0  # in a run longer than this multiple of the usual length, the figure is still
 FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys that form a pattern
-USUAL = 0.35  # quantile, over possible keys, of the changes of speed in frames of the same number
+USUAL = 0.35  # quantile over the periods of n frames; see linear_keys
 MOVES = 0.05  # share of the usual change of speed; below it, the figure is still
 # Limits of the spacing of keys, in frames. With a smaller spacing, the speed changes in most
 # frames, as in natural motion, and there are too few frames between two keys to recognise a jump
 # among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
 FEWEST_A_SECOND = 7.5  # with fewer keys per second, nothing is corrected automatically
-BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less between keys
+BETWEEN_KEYS = math.radians(60.0)  # radians/second; natural motion deviates less between keys
 # Minimum concentration of the changes of speed in every n-th frame: 0 by chance, 1 if all changes
-# are there. 87 captures have at most 0.05, excerpts of them of 30 to 200 frames at most 0.14, and
-# clips with linear keys at least 0.46.
+# are in these frames. The concentration is at most 0.05 in 87 captures, at most 0.14 in excerpts of
+# 30 to 200 frames from these captures, and at least 0.46 in clips with linear keys.
 KEYED = 0.3
 UNSEEN = 3.0  # number of steps; a smaller error may be rounding
 
@@ -113,25 +114,26 @@ class DistinctFrames:
 
     @property
     def smallest(self) -> float:
-        """Return the smallest τ, in radians, at which an error differs from motion.
+        """Return the smallest τ, in radians, at which errors can be distinguished from motion.
 
         The result is 0 for held frames.
         """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the clip's first frame that changes if the interval begins at a kept frame.
+        """Return the first frame of an interval in the clip, given its first kept frame.
 
-        `kept` is the index of the kept frame.
+        `kept` is the index of that kept frame. Between linear keys, the interval begins directly
+        after the previous key.
         """
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the clip's first frame after an interval that ends before a kept frame.
+        """Return the first frame of the clip after an interval, given the kept frame after it.
 
-        `kept` is the index of the kept frame.
+        `kept` is the index of that kept frame.
         """
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
@@ -173,9 +175,9 @@ class DistinctFrames:
 
 @cache_per_object
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without regularly repeated frames, or None if frames are not repeated.
+    """Return the motion without held frames, or None if frames are not repeated regularly.
 
-    A frame that differs at all from the previous one is kept, so that an error begins in the right
+    Every frame that differs from the previous one is kept, so that an error begins in the right
     frame. While the figure is still, frames are kept at the usual spacing.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
@@ -237,7 +239,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion in its keys only. The first frame always counts as a key."""
+        """Return the motion at the keys only. The first frame always counts as a key."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -247,12 +249,11 @@ class Keys:
 
 @cache_per_object
 def linear_keys(motion: Motion) -> Keys | None:
-    """Return the keys between which all joints turn at constant speed, or None if there are none.
+    """Return the keys between which all joints rotate at constant speed, or None if there are none.
 
-    The speed of the joints changes at keys and hardly changes between them. If the keys are n
-    frames apart and the frames are numbered modulo n, nearly all changes of speed have the same
-    number. Because many keys are compared, errors, cuts and a rest pose at the start have little
-    influence.
+    The speed of the joints changes at keys and hardly changes between them. If there is a key in
+    every n-th frame, nearly all changes of speed are in frames with the same remainder modulo n.
+    Because many keys are compared, errors, cuts and a rest pose at the start have little influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]
@@ -288,7 +289,7 @@ def linear_keys(motion: Motion) -> Keys | None:
 
 
 def notation_notes(motion: Motion) -> tuple[Note, ...]:
-    """Return notes about the notations that were recognised."""
+    """Return notes for the user about each coarse notation that was recognised."""
     said = []
     if motion.angle_step:
         step = math.degrees(motion.angle_step)

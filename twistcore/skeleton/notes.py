@@ -6,7 +6,7 @@ from twistcore.work.frozen import dataclass
 
 NOT_EXAMINED = "not examined"  # the whole clip was not examined
 UNEXAMINED = "unexamined"  # a limb or some frames were not examined
-CONSTANT_OFFSET = "constant offset"  # a bone is turned against its child in every frame
+CONSTANT_OFFSET = "constant offset"  # a bone is rotated relative to its child in every frame
 NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints lose their fine movement for a while
 FROZEN = "frozen"  # limbs do not move at all for a while

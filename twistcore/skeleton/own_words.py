@@ -12,9 +12,10 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return a rig to which the user's words for joints are added. The rig's names have priority.
+    """Add the user's words for joints to a rig, and return the new rig.
 
-    `words` comes from :func:`twistcore.skeleton.joint_names.read_words`, or is None.
+    Names in the rig have priority. `words` is the result of
+    :func:`twistcore.skeleton.joint_names.read_words`, or None if the user has no such words.
     """
     if words is None:
         return rig

@@ -24,16 +24,16 @@ _SIDES = frozenset(("l", "r", "left", "right"))
 _MOST = 0.6
 # Limits for a figure whose hands and feet have unknown names:
 _FEWEST = 8  # minimum number of joints
-# Minimum number of lines of joints that begin at two joints or more, and minimum length of a line.
-# The lines of a cape begin at one joint.
+# Minimum number of lines of joints, and minimum number of joints in a line. The lines must begin at
+# two or more joints, because all lines of a cape begin at one joint.
 _LINES, _LONG = 3, 3
 _ALIKE = 0.7  # minimum share of joint names in common with another figure below the same joint
 _EVERY = 0.9  # minimum share of the skeleton's joints that all such figures have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # minimum number of joints of a limb
-_LEVELS = 5  # number of branching levels below the roots in which people are searched for
+_LEVELS = 5  # number of branching levels, from the roots downwards, that are searched for people
 _CROWD = 50  # maximum number of people; damaged files seem to have more
-_LATEST = 8  # another limb may belong to one of this many people found last
+_LATEST = 8  # a limb is assigned only to one of this number of people that were found last
 
 
 @dataclass(frozen=True)
@@ -140,9 +140,11 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """Split sibling joints and their subtrees into people, each a list of tops.
+    """Divide the subtrees of sibling joints among people. Each person is a list of tops.
 
-    The result is empty if there are fewer than two people.
+    `begin` contains the siblings, `sizes` the number of joints in the subtree of every joint, and
+    `levels` is the number of branching levels to search. The result is empty if there are fewer
+    than two people.
     """
     begin = [joint for joint in begin if sizes[joint] >= _SHORTEST]
     while len(begin) == 1:
@@ -164,8 +166,8 @@ def _split(
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
     """Group tops into people by their limbs, or return [] if no limb occurs twice.
 
-    Tops with the same mark and different limbs belong to one person. A top with a single limb is a
-    person only if it is a root.
+    Tops with the same mark and different limbs belong to one person. A group with a single limb is
+    a person only if its tops are roots.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -192,7 +194,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
     """Return the people whose hands and feet have unknown names, or [] if there are fewer than two.
 
-    Each must look like a whole figure, and they must be roots or have similar joint names.
+    Every person must look like a whole figure. The tops must be roots or have similar joint names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
@@ -203,7 +205,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """Return True if long lines begin at two or more joints of a top, such as hips and chest."""
+    """Return True if long lines of joints begin at two or more joints, such as hips and chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -225,7 +227,7 @@ def _likeness(one: _Top, other: _Top) -> float:
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return sibling joints with their subtrees, marks and limbs."""
+    """Return a top for each sibling joint: the joint with its subtree, mark and limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -237,7 +239,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Return each hand or foot with two joints of its side above it, as (side, part)."""
+    """Return each hand and foot as (side, part), if two joints of the same side are above it."""
     # Number of joints of each side on the path from the top, keyed by joint.
     above: dict[int, Counter[str]] = {-1: Counter()}
     found = set()
@@ -260,7 +262,7 @@ def _sizes(skeleton: Skeleton) -> list[int]:
 
 
 def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
-    """Return a joint and all joints below it, in file order."""
+    """Return a joint and all its descendants, in file order."""
     out = [joint]
     for here in out:
         out.extend(skeleton.children[here])
@@ -271,7 +273,11 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return each person's name: the mark, or else the first joint's name or a number."""
+    """Return each person's name.
+
+    The name is the part of the joint names that identifies the person. If there is none, it is the
+    first joint's name or a number.
+    """
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -304,7 +310,10 @@ def _before(name: str, names: Sequence[str]) -> str:
 
 
 def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
-    """Return, for each group of joint names, its mark and its names without the mark."""
+    """Return the mark of each group of joint names, and the names without the mark.
+
+    A mark is the part of the names that identifies a person.
+    """
     spaces, numbers, bare = [], [], []
     for group in names:
         parts = [_NUMBERED.fullmatch(name) for name in group]
@@ -356,7 +365,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of words with which all runs begin."""
+    """Return the number of words at the beginning that all lists of words share."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -376,7 +385,7 @@ def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
     """Remove words from the beginning (`step` 1) or end (−1) of a name.
 
-    The outermost `keep` words stay.
+    The `keep` outermost words are not removed.
     """
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]

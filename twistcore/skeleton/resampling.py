@@ -1,4 +1,4 @@
-"""Interpolate motion at other times."""
+"""Interpolate rotations and positions between frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
     r
         Positions, shape (frames, …, 3).
     times
-        Times of the samples, in frames. A sample never uses a frame after the first one at or after
+        Times of the samples, in frames. Each sample uses only the frames directly before and after
         its time.
 
     Returns

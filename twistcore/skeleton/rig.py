@@ -146,7 +146,7 @@ class Rig:
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return a copy of the rig with these meanings of joints.
+        """Return a copy of the rig with different meanings of joints, keyed by joint name.
 
         Raises FormatError if a meaning is unknown.
         """
@@ -155,9 +155,9 @@ class Rig:
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains and then the limbs of a motion, added ones last.
+        """Return the chains of a motion, followed by its limbs. Added ones come last in each group.
 
-        Raises TwistError if the skeleton lacks a joint or a chain that the rig names, or if two
+        Raises TwistError if the skeleton lacks a joint or a chain that the rig mentions, or if two
         chains would have the same name.
         """
         found = self._found(motion)
@@ -179,9 +179,10 @@ class Rig:
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
     def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
-        """Return a copy of the rig with one more chain. A removed chain is restored.
+        """Return a copy of the rig with one more chain.
 
-        Raises TwistError if the joints do not form a chain, or if the name is already used.
+        If the rig removes this chain, the chain is restored instead. Raises TwistError if the
+        joints do not form a chain, or if the name is already used.
         """
         made = own.made(motion)
         for chain in self._found(motion):
@@ -208,7 +209,7 @@ class Rig:
         return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
     def summary(self) -> str:
-        """Return a summary, such as '2 added, 1 removed'."""
+        """Return the numbers of changes as text, such as '2 added, 1 removed'."""
         counts = (
             (len(self.add), "added"),
             (len(self.remove), "removed"),
@@ -221,7 +222,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """Return a SHA-256 of the joint names and parents, which all clips of a rig share."""
+    """Return a SHA-256 hash of the joint names and parents, which all clips of a rig share."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
@@ -318,10 +319,10 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with `arm` pointing to a grandchild that is not a child of C.
+    """Return the chain with an `arm` that points to a grandchild that is not a child of C.
 
-    The direction varies over the frames if the joints in between bend. If the grandchild comes too
-    close to C, the chain has no grandchild.
+    The direction varies over the frames if the joints in between bend. If the grandchild is
+    too close to C in any frame, the chain has no grandchild.
     """
     bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

@@ -30,7 +30,7 @@ def wrap(angle: ArrayLike) -> Array:
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Return the maximum and the root mean square of the sizes of wrapped angles, in degrees.
+    """Return the maximum and the root mean square of the magnitudes of wrapped angles, in degrees.
 
     `angles` are in radians, shape (n,). The result is (0, 0) if there are none.
     """
@@ -79,14 +79,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Scale vectors or quaternions to unit length along the last axis. None may have length 0."""
+    """Scale vectors or quaternions to unit length along the last axis. No length may be 0."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
 def continuous_signs(q: ArrayLike) -> Array:
-    """Choose the signs of quaternions so that they are continuous over frames, (frames, …, 4).
+    """Choose the signs of quaternions, (frames, …, 4), that make them continuous over the frames.
 
     The rotations do not change.
     """
@@ -136,7 +136,10 @@ def logarithm(q: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
-    """Interpolate on the shorter arc from p to q, (…, 4), at fractions in [0, 1], shape (…)."""
+    """Interpolate between unit quaternions p and q, (…, 4), on the shorter arc.
+
+    `share` contains the fractions of the arc from p to q, in [0, 1], shape (…).
+    """
     step = logarithm(multiply(q, conjugate(p)))
     return multiply(exponential(np.asarray(share)[..., None] * step), p)
 
@@ -263,9 +266,9 @@ def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
 def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
     """Split rotations into swing and twist: q = swing ⊗ twist [Choi26 Eq. 2-7].
 
-    The twist is a rotation about the axis. The swing turns the axis to the same direction as q
-    does, by the smallest possible angle. Eq. 7 as printed, q ⊗ swing⁻¹, is a different quaternion:
-    the rotation by the same angle about the turned axis.
+    The twist is a rotation about the axis. The swing rotates the axis to the same direction as
+    q does, by the smallest possible angle. Eq. 7 as printed, q ⊗ swing⁻¹, is a different
+    quaternion: the rotation by the same angle about the rotated axis.
 
     Parameters
     ----------

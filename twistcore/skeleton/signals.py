@@ -135,7 +135,8 @@ def azimuth_increments(across: Array, axis: Array) -> Array:
     Parameters
     ----------
     across
-        The child's direction, projected onto the plane across the bone axis, shape (frames, 3).
+        The child's direction, projected onto the plane perpendicular to the bone axis, shape
+        (frames, 3).
     axis
         Unit bone axis, shape (3,) or (frames, 3).
     """

@@ -1,1 +1,1 @@
-"""The consistency detector, which finds opposite turns of a parent and its child."""
+"""The consistency detector, which finds opposite rotations of a parent and its child."""

@@ -34,9 +34,9 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Minimum ratio of the smaller to the larger turn of P and C at an edge, because an error turns both
-# joints. If no edge of an interval reaches this ratio, one joint jumps alone, which is listed but
-# not corrected.
+# Minimum ratio of the smaller to the larger rotation of P and C at an edge, because an error
+# rotates both joints. If no edge of an interval reaches this ratio, one joint jumps alone. Such an
+# interval is listed but not corrected.
 SHOWN_IN_BOTH = 0.35
 # In a clip with rounded angles, an interval with a smaller gain (in nats) is listed but not
 # corrected. If σ is large, two small jumps of natural motion may add up to 0, which the confidence
@@ -50,9 +50,9 @@ TAU_IN_SIGMA = 6.0  # minimum of the automatic τ in σ, so that natural motion 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval whose edges do not depend on τ. It is listed if its strength is at least τ.
+    """An interval with edges that do not depend on τ. It is listed if its strength is at least τ.
 
-    `strength` is in radians, and `peak` is the frame at which the strength curve contains it.
+    `strength` is in radians. `peak` is the frame in which the strength curve has this value.
     """
 
     interval: Interval
@@ -117,8 +117,8 @@ class ChainAnalysis:
         """Return the strength of the chain, which is compared with τ, in radians ≥ 0, (frames,).
 
         The strength is the counter-rotation |d| in frames with an event, and 0 in all other frames.
-        At the peak of an edge or of a fixed interval, it is at least the size of that jump or
-        interval.
+        At the peak of an edge, it is at least the size of the jump. At the peak of a fixed
+        interval, it is at least the strength of the interval.
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
@@ -133,7 +133,7 @@ class ChainAnalysis:
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def is_replaced(self, interval: Interval) -> bool:
-        """Return True if soft errors replace an interval between jumps."""
+        """Return True if soft errors replace this interval, which was found between jumps."""
         return any(_meet(interval, frames) for frames in self.replaced)
 
     def with_soft(
@@ -211,10 +211,10 @@ class ConsistencyAnalysis:
     chains
         The analysis of each chain, keyed by chain name.
     cut
-        Mask of the frames whose step from the previous frame is not motion, including frame 0,
-        shape (frames,).
+        Mask of the frames that do not continue the motion of the previous frame, shape (frames,).
+        It includes frame 0.
     own_twist
-        The increments from `pieces.own_twist` of each chain whose child is a piece of the same
+        The result of :func:`pieces.own_twist` for each chain whose child is a piece of the same
         bone, keyed by chain name.
     witnesses
         The signals with which the intervals of a chain are judged, keyed by chain name.
@@ -262,8 +262,8 @@ class ConsistencyAnalysis:
         """Judge an interval: return it with its final confidence, and True if it is natural motion.
 
         The evidence can only lower the confidence. For an error of a straight limb, there is hardly
-        any evidence except its course over time. Such an error is not judged if both bones turn at
-        its ends and there is no noise.
+        any evidence except its course over time. Such an error is not judged if both bones rotate
+        at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -314,8 +314,8 @@ def judged(
 def tempered(probability: float) -> float:
     """Halve the log odds of a probability below 0.5, because doubts about an interval overlap.
 
-    In real captures, two blind judges regarded a third of the intervals with a probability of 0.07
-    as errors (docs/atlas.md).
+    In a blind test on real captures, two judges regarded a third of the intervals with a
+    probability of 0.07 as errors (docs/atlas.md).
     """
     if not 0.0 < probability < 0.5:
         return probability
@@ -346,9 +346,9 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """Return True if parent and child turn by similar angles at an edge, given by its index `k`.
+    """Return True if parent and child rotate by similar angles at the edge with index `k`.
 
-    Directions are ignored, because the sign of a turn is meaningless near ±180°.
+    Directions are ignored, because the sign of a rotation is meaningless near ±180°.
     """
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))

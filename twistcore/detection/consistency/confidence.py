@@ -27,9 +27,9 @@ def confidence(
     gain
         The log-likelihood ratio of the error over natural motion, in nats.
     closing
-        The angle that remains after the last edge, in σ.
+        The wrong angle that would remain after the last edge, in σ.
     margin
-        The logarithm of the smaller of the two jumps, in σ.
+        The natural logarithm of the smaller of the two jumps, each divided by its σ.
     frames
         The length of the interval in frames.
     beyond_tau

@@ -1,4 +1,7 @@
-"""The computations of the consistency detector, declared in `detectors/consistency.py` [Method]."""
+"""The computations of the consistency detector [Method].
+
+The detector itself is declared in `detectors/consistency.py`.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +51,7 @@ LONG = 20_000  # frames; in longer clips, limbs are analysed one at a time
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains of a motion, up to the point where τ is needed.
+    """Analyse chains of a motion, before a threshold τ is chosen.
 
     `tell` is called with the progress, from 0 to 1. `effort` is the work allowed for the search for
     soft errors, as a fraction of the usual work.
@@ -126,7 +129,7 @@ def _analysed(
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
     """Return the number of joints of each person, keyed by the person's name.
 
-    If no person has a name, all joints have the key ''.
+    If no person has a name, the result has only the key '', with the number of all joints.
     """
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
@@ -139,12 +142,12 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """The analyses of the chains of several limbs of equal length, and their soft errors.
+    """The analyses of several limbs with the same number of chains, and their soft errors.
 
     Attributes
     ----------
     plain
-        The analyses without soft errors, one for each row.
+        The analyses of the chains without soft errors, one for each row.
     count
         The number of limbs.
     errors
@@ -214,7 +217,7 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """Return True if an interval and a soft error overlap in the same chain or in neighbours.
+    """Return True if an interval and a soft error of the same or neighbouring chains overlap.
 
     `count` is the number of limbs.
     """
@@ -231,7 +234,9 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Search lines of equal length for jumps, then for errors of straight limbs, then soft errors.
+    """Search limbs for jumps, then for errors of straight limbs, and then for soft errors.
+
+    All limbs have the same number of chains.
 
     Parameters
     ----------
@@ -292,7 +297,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments x and y of a chain without the effects of errors in its neighbours.
+    """Return the twist increments x and y of a chain, without effects of errors in its neighbours.
 
     `jumps` contains the jumps of all chains, and `row` is the row of the chain.
     """
@@ -309,9 +314,9 @@ def _with_soft(
 ) -> _Softened:
     """Search for soft errors in addition to the intervals at the automatic τ.
 
-    The search assumes that every child turned back the whole error. If a child clearly turned back
-    only a part of an error, the remaining part is removed first, so that it is not found as a
-    separate error. If a soft error replaces the interval of this error, the child's share is no
+    The search assumes that every child rotated back by the whole error. If a child clearly rotated
+    back by only a part of an error, the remaining part is removed first, so that it is not found as
+    a separate error. If a soft error replaces the interval of this error, the child's share is no
     longer known, and the search is repeated without removing that part.
     """
     jumps = [
@@ -357,7 +362,7 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, one item for each row.
+    """Return the jumps of all chains of limbs, one item for each chain.
 
     `cut` is the mask of the cuts and of frame 0, shape (frames,), and `segments` is the result of
     :func:`segments_between`. `tell` is called with the progress.
@@ -410,7 +415,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines by their length and by whether a bone axis varies over time."""
+    """Group lines by their number of chains and by whether a bone axis varies over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
@@ -418,7 +423,10 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Return the rotations and axes of lines of equal length, with the linear keys of the clip."""
+    """Return the rotations and axes of limbs, with the linear keys of the clip.
+
+    `lines` contains the chains of each limb, the same number for each.
+    """
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]

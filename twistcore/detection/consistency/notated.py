@@ -59,7 +59,7 @@ class NotatedAnalysis:
     def strength(self, chain: str) -> Array:
         """Return the strength of a chain, in radians ≥ 0, (frames,).
 
-        If there are two analyses, the strength in each frame is the larger of both values.
+        If there are two analyses, the strength in each frame is the larger of the two values.
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)

@@ -1,9 +1,9 @@
-"""Check errors between two pieces of a bone, which must appear in the twist of the first piece.
+"""Use the twist of the first piece of a bone to check errors between it and the next piece.
 
 In some rigs, only the last piece of a bone rolls, and the first piece only swings. If the path of
-the swing is curved, the first piece still turns about its bone from frame to frame, and the next
-piece turns back by the same angle. This is natural motion, in which the twist θp of the first piece
-does not change. An error δ changes θp by exactly δ.
+the swing is curved, the first piece still rotates about its bone from frame to frame, and the next
+piece rotates back by the same angle. This is natural motion, because the twist θp of the first
+piece does not change. An error δ changes θp by exactly δ.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Find jumps in which a parent and its child turn in opposite directions, and pair them."""
+"""Find jumps in which a parent and its child rotate in opposite directions, and pair them."""

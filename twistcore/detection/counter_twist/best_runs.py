@@ -11,7 +11,7 @@ SAME = 1e-9  # nats; smaller differences are ignored
 
 
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
-    """Return the indices of the runs with the highest total gain in each frame.
+    """Return the indices of the runs of chains with the highest total gain in each frame.
 
     No joint may belong to two chosen runs. Of several runs with equal gain, the shortest is chosen,
     and of equally short runs the one nearer to the tip of the limb.

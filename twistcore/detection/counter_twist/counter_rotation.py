@@ -1,4 +1,4 @@
-"""Compute the counter-rotation, the opposite turn of parent and child [Method, steps 2-3]."""
+"""Compute the counter-rotation: opposite rotations of parent and child [Method, steps 2-3]."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SIGNIFICANT = 4.0  # minimum |d| in σ; natural motion exceeds it in about 1 % of the frames
-# The residuals rx and ry show the same turn if |wrap(rx + ry)| is at most this share of |d| plus
-# this multiple of its own σ.
+# The residuals rx and ry show the same rotation if |wrap(rx + ry)| is at most this share of |d|
+# plus this multiple of the σ of rx + ry.
 AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0
 LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # in σ; a frame with such a jump of one signal is not good
 # The limit for |d| in the first round. It is better to leave out too many frames there: a clean
@@ -40,7 +40,7 @@ ROUNDS = 6  # maximum number of rounds
 RESOLVE = 4.0  # in σ; in frames with such a jump, the chains of a limb are solved together
 SAME = 1e-9  # σ; smaller differences are ignored
 # The minimum σ between linear keys, as a share of the pace there. If channels change evenly, a
-# joint turns unevenly, especially if it turns far.
+# joint rotates unevenly, especially if it rotates far.
 UNEVEN = 0.15
 STEADY_GAP = 4.0  # frames; residuals across longer gaps do not show the local σ
 
@@ -124,7 +124,8 @@ def counter_rotation(
 class _Rounds:
     """The rounds of an iteration, each of which uses the good frames of the previous round.
 
-    In a round, the increments are predicted, the scales are measured, and the effects of errors on
+    Good frames show natural motion: they are not part of a cut or of a possible error. In each
+    round, the increments are predicted, the scales are measured, and the effects of errors on
     neighbouring chains are removed.
     """
 
@@ -173,9 +174,9 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales in a clip with linear keys, in which only keys are free.
+        """Return the residuals and scales in a clip with linear keys.
 
-        Between two keys, the pace of natural motion is constant.
+        The predictions assume that the pace of natural motion is constant between two keys.
         """
         assert self._limbs.keys is not None
         keys = self._limbs.keys
@@ -291,7 +292,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask, (chains, frames), of the good frames, without doubtful frames.
+    """Return the first mask of the good frames, (chains, frames), which excludes doubtful frames.
 
     `signals` contains the captured increments, (2, chains, frames), `live` is the mask of the
     frames to use, and `half` is half the window for the local scale in frames.

@@ -26,7 +26,7 @@ from twistcore.work.frozen import dataclass
 JOINT_JUMP = 16.0
 CHAIN_ACTIVE = 6.0  # cost of the first chain with an error
 # Additional cost of each further chain with an error, because two errors seldom begin in the same
-# frame. In a straight limb, two opposite errors do not turn the joint between them, and so look
+# frame. In a straight limb, two opposite errors do not rotate the joint between them, and so look
 # like two natural jumps. Tuned on the false alarms of protocols with several injected errors.
 ANOTHER_ACTIVE = 18.0
 # If the usual residual of a joint is small, as at a hinge, a lone jump is rarer and costs
@@ -121,7 +121,7 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the increments of joints without the effects of errors, in radians, (2, n + 1, m)."""
+    """Return the twist increments of joints without effects of errors, radians, (2, n + 1, m)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
     # A run that is chosen together with others must gain more than 0. The only run of a frame must
@@ -157,7 +157,7 @@ def _explained(line: _Line) -> Array:
 
 
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
-    """Find the errors in runs of `length` chains; return their joints' increments and their costs.
+    """Find the errors in runs of `length` chains. Return the joints' increments and the costs.
 
     `first` contains the first chain and `frame` the frame of each run, shape (runs,). The
     increments, without the effects of the errors, have the shape (2, length + 1, runs), and the

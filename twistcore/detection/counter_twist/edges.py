@@ -15,7 +15,7 @@ ALONE = float(np.radians(75.0))  # a jump of at least this angle in one frame is
 # The ratio of σ of a sum over w frames to the sum of their σ, for w = 0…6. The errors of prediction
 # are only partly correlated. Measured on blocks of w frames of CMU clips.
 SUM_SHARE = np.array([1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68])
-DIFFERENT = 3.0  # σ by which the turns of parent and child must differ to be used separately
+DIFFERENT = 3.0  # in σ; if parent and child differ more, their rotations are used separately
 FOLLOWED = 6.0  # nats: minimum gain of an edge whose frames are all steps of the error
 
 
@@ -68,7 +68,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
     large = size > SIGNIFICANT * counter.sigma[chain]
-    # `wide` contains runs of frames with turns of one sign, whether or not both joints agree,
+    # `wide` contains runs of frames with rotations of one sign, whether or not both joints agree,
     # because a natural jump may hide the agreement in a frame of a ramp. If such a run contains
     # frames without agreement, the pieces between them are further interpretations (`narrow`).
     seen_or_large = np.flatnonzero(event | counter.lone[chain] | large)
@@ -92,7 +92,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of consecutive frames with the same sign of d and kind, (n, 2).
+    """Return runs [start, stop) of frames in which the sign of d and the kind are equal, (n, 2).
 
     `at` contains the frames to examine, `kind` is a mask and `d` is the counter-rotation, both
     (frames,). A run has at most LONGEST frames.
@@ -125,8 +125,9 @@ def _readings(
 ) -> tuple[Index, Array, Array, Array, Mask]:
     """Return the possible interpretations of runs of frames as edges.
 
-    The jump of an edge is the weighted mean of both joints' turns. If the turns differ, the run is
-    interpreted twice, with the turn of each joint, first of the joint with the smaller scale.
+    The jump of an edge is the weighted mean of the rotations of parent and child. If these differ,
+    the run is interpreted twice, once with the rotation of each joint. The joint with the smaller
+    scale comes first.
 
     Returns
     -------

@@ -13,13 +13,13 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# The child is considered to turn back only a part of the error if both edges show this: the sum of
-# both joints' turns jumps by NOT_FOLLOWED_SIGMA σ and by the share NOT_FOLLOWED of the parent's
-# jump, and the jumps at both edges add up to 0, for the parent and for the sum. The longest edges
-# are not used, because they may be parts of softer onsets, which the predictions of parent and
-# child follow to different degrees.
+# The child is considered to rotate back by only a part of the error if both edges show this: the
+# sum of both joints' rotations jumps by NOT_FOLLOWED_SIGMA σ and by the share NOT_FOLLOWED of the
+# parent's jump, and the jumps at both edges add up to 0, for the parent and for the sum. The
+# longest edges are not used, because they may be parts of softer onsets, which the predictions of
+# parent and child follow to different degrees.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
-LEAST_FOLLOWED = 0.3  # if the child turns back a smaller share, the parent jumps alone
+LEAST_FOLLOWED = 0.3  # if the child rotates back by a smaller share, the parent jumps alone
 # Tolerance for jumps that add up to 0: in σ, as a share of the larger jump, and as an angle.
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
@@ -35,8 +35,8 @@ class Course:
     residual
         The angle that remains after the last edge, radians.
     followed
-        The fraction of the error that the child turns back; less than 1 only if both edges show
-        this.
+        The fraction of the error by which the child rotates back. It is less than 1 only if both
+        edges show this.
     """
 
     start: int
@@ -51,8 +51,8 @@ def offsets_of(
     """Return the twist error of each interval over time.
 
     The error is the running sum of the interval's steps. The angle that remains at the end is
-    distributed over the steps in proportion to their variance. If the child turns back only a part
-    of the error, the size of the error is measured at the jumps of the parent alone.
+    distributed over the steps in proportion to their variance. If the child rotates back by only a
+    part of the error, the size of the error is measured at the jumps of the parent alone.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def offsets_of(
 def _measured_at_parent(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Return an error measured at the jumps of the parent alone.
+    """Measure the size of an error at the jumps of the parent alone, and return the error.
 
-    The error is returned unchanged unless the child clearly turns back only a part of it.
+    The error is returned unchanged unless the child clearly rotates back by only a part of it.
     """
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
@@ -99,7 +99,7 @@ def _measured_at_parent(
     sigma = np.hypot(sigma_x, sigma_y)
     size = np.abs(parent)
     if (
-        not size.all()  # if P does not move, C has nothing to turn back
+        not size.all()  # if P does not move, C cannot rotate back
         or max(a.stop - a.start for a in at) >= LONGEST
         or (child * parent < LEAST_FOLLOWED * parent**2).any()
         or (apart * parent < NOT_FOLLOWED * parent**2).any()

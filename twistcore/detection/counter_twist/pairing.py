@@ -1,10 +1,10 @@
 """Pair the edges of a chain to form intervals with the highest total gain [Method, steps 5-6].
 
-Gains are log-likelihood ratios of an error over natural motion, in nats. An interval gains from its
-two edges, from the steps inside that it explains, and from closing, which means that its jumps add
-up to 0. The gain from closing compares the likelihood of a sum of 0 (modulo a full turn) for the
-jumps of an error with the likelihood for two unrelated jumps. The prior cost of an interval grows
-with its length.
+Gains are log-likelihood ratios of an error over natural motion, in nats. The gain of an interval
+consists of the gains of its two edges, of the steps inside that it explains, and of *closing*. An
+interval closes if its jumps add up to 0 (modulo a full turn). The gain from closing compares how
+likely this sum is for the jumps of an error and for two unrelated jumps. The prior cost of an
+interval grows with its length.
 
 The disjoint intervals with the highest total gain are found by dynamic programming over the edges,
 in the order of their ends. The gain of an interval does not depend on τ, so it is computed once. A
@@ -237,9 +237,9 @@ _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Return the gains from closing: the log-likelihood ratio of a sum of 0 over any other angle.
+    """Return the gains from closing: the log-likelihood ratios of errors over unrelated jumps.
 
-    `residual` contains the sums of jumps in radians, and `variance` their variances.
+    `residual` contains the sums of the jumps in radians, and `variance` their variances.
     """
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
@@ -291,10 +291,11 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 
 
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
-    """Return the gains of intervals with one edge, from the segment's start and to its end.
+    """Return the gains of intervals between one edge and the start or the end of the segment.
 
-    Both arrays have the shape (n,) for n edges. The gain is −inf for an interval that is long or
-    not much shorter than the rest of the segment.
+    The first array is for the start, and the second for the end. Both have the shape (n,) for n
+    edges. The gain is −inf for an interval that is long or not much shorter than the rest of the
+    segment.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -321,7 +322,7 @@ def _longest_alone(fps: float) -> int:
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
-    """Return the pairs with each selected closing edge that may be chosen.
+    """Return, for each selected closing edge, the pairs that may be chosen.
 
     A pair is left out if a shorter pair with the same closing edge has the same or a higher gain. A
     pair is also left out if it covers nearly the whole segment, or if it covers most of the segment

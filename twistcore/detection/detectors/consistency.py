@@ -14,7 +14,7 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """A detector of opposite turns of parent and child that natural motion does not explain."""
+    """A detector of opposite rotations of parent and child that are not natural motion."""
 
     info = DetectorInfo(
         name="consistency",
@@ -33,7 +33,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains of a motion, up to the point where τ is needed.
+        """Analyse chains of a motion, before a threshold τ is chosen.
 
         `tell` is called with the progress, from 0 to 1.
         """

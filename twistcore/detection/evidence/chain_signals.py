@@ -1,7 +1,7 @@
-"""The signals of a chain that show a twist error: turns of both joints, azimuth and bend.
+"""The signals of a chain that show a twist error: rotations of both joints, azimuth and bend.
 
-If the parent P of a chain has a twist error δ that the child C turns back, P turns by δ, C turns by
-−δ, and the azimuth of C's bone about P's bone changes by −δ. The common turn of P and C does not
+If the parent P of a chain has a twist error δ, P rotates by δ, the child C rotates by −δ, and
+the azimuth of C's bone about P's bone changes by −δ. The combined rotation of P and C does not
 change. All angles are in degrees.
 """
 
@@ -41,7 +41,7 @@ _KEPT, _FEWEST_KEPT = 1 << 18, 12
 
 @dataclass(frozen=True, eq=False)
 class ChainSignals:
-    """The signals of one chain, each computed on first use (see :meth:`of`).
+    """The signals of one chain. Each signal is computed when it is first used.
 
     Attributes
     ----------
@@ -56,7 +56,8 @@ class ChainSignals:
     segment
         The segment of the chain, or '' if another piece of the same bone follows.
     noise
-        The largest σ of a burst of noise in the joints of the person's chains, shape (frames,).
+        The largest σ of a burst of noise in the joints of the person's chains, degrees, shape
+        (frames,). 0 if there is no noise.
     """
 
     q_parent: Array
@@ -98,17 +99,17 @@ class ChainSignals:
 
     @property
     def x(self) -> Array:
-        """The twist increments of P about its bone since the previous frame, (frames,)."""
+        """The twist of P about its bone since the previous frame, in degrees, (frames,)."""
         return self._turns[0]
 
     @property
     def y(self) -> Array:
-        """The twist increments of C about P's bone since the previous frame, (frames,)."""
+        """The twist of C about P's bone since the previous frame, in degrees, (frames,)."""
         return self._turns[1]
 
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
-        """The bend and the azimuth of C's bone, each (frames,)."""
+        """The bend and the azimuth of C's bone, in degrees, each (frames,)."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -127,7 +128,7 @@ class ChainSignals:
 
     @property
     def bend(self) -> Array:
-        """The angle between P's bone and C's bone, 0 for a straight limb, (frames,)."""
+        """The angle between P's bone and C's bone in degrees, 0 for a straight limb, (frames,)."""
         return self._sides[0]
 
     @property
@@ -137,7 +138,7 @@ class ChainSignals:
 
     @cached_property
     def azimuth_turns(self) -> Array:
-        """The changes of the azimuth since the previous frame, (frames,)."""
+        """The change of the azimuth since the previous frame, in degrees, (frames,)."""
         return np.concatenate([[0.0], wrapped(np.diff(self.azimuth))])
 
     @property
@@ -153,7 +154,7 @@ class ChainSignals:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The rolls of C about its own bone since the previous frame, (frames,).
+        """The roll of C about its own bone since the previous frame, in degrees, (frames,).
 
         P's bone axis must be constant. :attr:`y` is the change of the azimuth plus this roll times
         the cosine of the bend.
@@ -168,21 +169,23 @@ class ChainSignals:
 
     @cached_property
     def both_frames(self) -> Array:
-        """The smaller of :attr:`sine` in each frame and the previous one, (frames,); 0 at first."""
+        """The smaller :attr:`sine` of each frame and the previous one, (frames,). 0 in frame 0."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:
-        """Return the common turns of P and C in frames [low, high), as rotation vectors, (n, 3).
+        """Return the combined rotations of P and C since the previous frame, in [low, high).
 
-        The first turn is 0. A twist error does not change these turns.
+        They are rotation vectors in degrees, (high - low, 3), and 0 in the first of these frames. A
+        twist error does not change them.
         """
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
-        """Return the turn of a signal in frames [t, t + width) minus its pace nearby, (frames,).
+        """Return how much a signal changes in frames [t, t + width), compared with its usual pace.
 
-        `name` is 'x', 'y', 'azimuth_turns' or 'roll_turns'. The pace is measured in two frames on
-        either side. The value is NaN if there are fewer frames.
+        The result has a value in degrees for each t, (frames,). `name` is 'x', 'y', 'azimuth_turns'
+        or 'roll_turns'. The usual pace is the mean change per frame in two frames on either side.
+        The value is NaN if there are fewer frames.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
@@ -196,7 +199,11 @@ class ChainSignals:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask, (frames,), of the frames t with a bent limb in t − 1 and t + width − 1."""
+        """Return a mask of the frames t in which an edge may begin with a bent limb, (frames,).
+
+        The limb must be bent in frames t − 1 and t + width − 1, directly before an edge of `width`
+        frames and at its end.
+        """
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]

@@ -1,8 +1,8 @@
 """Compute the probability that a correction is right, and express the doubts about it in words.
 
 The probability is a logistic function of terms. The sign of each term follows from physics. The
-weights were fitted to injected errors and to intervals in public captures that people judged (see
-`benchmarks.evidence`).
+weights were fitted to injected errors and to intervals in public captures that were judged one by
+one (see `benchmarks.evidence`).
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 _LONG = 0.7  # seconds: a longer interval is mostly motion
 _LONG_SILENT = 2.0  # seconds: the same limit for an interval that a silent joint shows
 _CLEAR, _SILENT = 3.0, 20.0  # nats: clear evidence from the azimuth, or from a silent joint
-_AGAINST = -5.0  # nats: with less evidence from a bone, the bone clearly does not turn
-_QUIET = 0.1  # degrees: a bone with a smaller usual turn hardly turns
+_AGAINST = -5.0  # nats: with less evidence from a bone, the bone clearly does not rotate
+_QUIET = 0.1  # degrees: a bone with a smaller usual rotation hardly rotates
 _SPEAKS = 0.7  # nats: minimum evidence from the azimuth or the usual side for a correction
-# Degrees: maximum spread of a hinge, and how much farther a correction may turn the bone from it.
+# Degrees: maximum spread of a hinge, and how much farther a correction may rotate the bone from it.
 _HINGE, _OFF = 3.0, 1.0
-_SMALL = 3.0  # degrees: a person decides about a smaller turn, unless it is clear
-# The log odds of a correction that turns a bone away from its hinge or that corrects noise.
+_SMALL = 3.0  # degrees: a person decides about a smaller rotation, unless it is clear
+# The log odds of a correction that rotates a bone away from its hinge or that corrects noise.
 _NEVER = -3.0
 _MOTION = -3.0  # log odds below which an interval is considered natural motion
 _SURE = 1.5  # log odds from which no doubts are listed
 _LISTED_BELOW = -0.4  # a term with at most these log odds is listed as a doubt
 
-# Degrees: the assumed size of natural opposite turns if the clip shows too little natural motion.
+# Degrees: the assumed size of natural opposite rotations if the clip has too little natural motion.
 _USUAL = 10.0
 _UNNAMED = "joint"
 # Everyday names for the joint at the end of a segment.
@@ -77,8 +77,8 @@ class Judgement:
         True if the interval is natural motion or the roll of one joint, with odds of at least
         twenty to one.
     small
-        True if a person must decide, because the turn is small and neither the azimuth nor a silent
-        joint shows it clearly.
+        True if a person must decide, because the rotation is small and neither the azimuth nor a
+        silent joint shows it clearly.
     """
 
     score: float
@@ -125,10 +125,10 @@ def _clear(t: Terms) -> bool:
 
 
 def unanswered(t: Terms) -> bool:
-    """Return True if one of the two bones clearly does not turn with the error at its edges.
+    """Return True if one of the two bones clearly does not rotate with the error at its edges.
 
-    The result is False if one of the bones hardly turns in the rest of the clip, because its turn
-    at the edges is then sufficient evidence.
+    The result is False if one of the bones hardly rotates in the rest of the clip, because its
+    rotation at the edges is then sufficient evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
@@ -143,8 +143,8 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     segment
         The segment of the chain, which determines the name of the joint in the doubts.
     straight
-        True if the interval was found as an error of a straight limb, in which both bones must turn
-        at the ends of the interval.
+        True if the interval was found as an error of a straight limb. In such an error, both bones
+        must rotate at the ends of the interval.
     """
     parts = {name: WEIGHTS[name] * value for name, value in unweighted_terms(t).items()}
     motion = sum(parts.values()) < _MOTION

@@ -1,8 +1,8 @@
 """Compute the evidence for and against a correction as terms, relative to the rest of the clip.
 
 All angles are in degrees. P is the parent and C the child of a chain. A term in nats is the cost of
-a turn as natural motion minus its cost as the error. The scale of a cost is the usual turn of the
-same signal over as many frames elsewhere in the clip.
+a rotation as natural motion minus its cost as the error. The scale of a cost is the usual rotation
+of the same signal over as many frames elsewhere in the clip.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°, the smallest bend with a reliable azimuth at an edge
-_LEAST = 0.3  # degrees; an edge with a smaller turn is no evidence
+_LEAST = 0.3  # degrees; an edge with a smaller rotation is not evidence
 _REACHED = 0.8  # share of the largest offset at which an edge ends
 # Uncertainty of a bone's direction in degrees. The uncertainty of the azimuth is this divided by
 # the sine of the bend.
@@ -41,8 +41,8 @@ _NOISE = 3  # frames next to an error in which a burst of noise is evidence agai
 # A hinge is exact, built into the rig, if the bone leaves it by less than this number of degrees;
 # the second value is the minimum number of frames that show this.
 _EXACT, _ENOUGH = 0.5, 20
-_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb, even an exact hinge is no evidence
-_NEAR = 0.6  # time on either side of an edge in which turns have more weight, in seconds
+_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb, even an exact hinge is not evidence
+_NEAR = 0.6  # time on either side of an edge in which rotations have more weight, in seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +94,9 @@ class Terms:
     hinged
         True if the azimuth of C's bone is known.
     for_x, for_y, for_azimuth
-        The evidence that P, C and the azimuth turn with the error at the edges, nats.
+        The evidence that P, C and the azimuth change with the error at the edges, nats.
     rougher
-        The increase in the roughness of the azimuth by the correction, nats.
+        The increase in the roughness of the azimuth that the correction causes, nats.
     edge_bend
         sin² of the bend, at the edge at which the limb is bent more.
     off_before, off_after
@@ -108,23 +108,24 @@ class Terms:
     least_bend
         The smallest bend in the frames of the error.
     together
-        The common turn of P and C at an edge, divided by the turn of the offset; the larger value
-        of both edges.
+        The combined rotation of P and C at an edge, divided by the change of the offset. The larger
+        value of the two edges.
     rate
-        The number of similar opposite turns per second elsewhere, None if there is too little
-        motion without errors.
+        The number of similar opposite rotations of P and C per second elsewhere in the clip, None
+        if there is too little motion without errors.
     natural
-        The 99 % quantile of opposite turns elsewhere, None if there is too little such motion.
+        The 99 % quantile of such rotations elsewhere, None if there is too little such motion.
     step
-        The magnitude of the turn at an edge, the median of both edges.
+        The magnitude of the change of the offset at an edge, the median of both edges.
     seconds
         The duration of the error.
     quiet
-        The usual turn of the quieter of P and C over as many frames as an edge has, NaN if unknown.
+        The usual rotation of P or C over as many frames as an edge has, whichever is smaller. NaN
+        if unknown.
     silent
         True if the error appears at a joint that never twists elsewhere.
     noise
-        σ of a burst of noise at the error or next to it, 0 if there is none.
+        σ of a burst of noise during the error or next to it, 0 if there is none.
     """
 
     hinged: bool
@@ -224,7 +225,7 @@ class Background:
         return robust_scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the usual turns of a signal over `width` frames.
+        """Return the usual changes of a signal over `width` frames.
 
         `name` is the name of the signal, an attribute of :class:`ChainSignals`.
         """
@@ -243,7 +244,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return the opposite turns of P and C over `width` frames, outside errors."""
+        """Return the opposite rotations of P and C over `width` frames, outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -268,16 +269,16 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class _Usual:
-    """The turns of a signal over a fixed number of frames.
+    """The changes of a signal over a fixed number of frames.
 
     Attributes
     ----------
     turned
-        The turns minus the pace, degrees, shape (frames,).
+        The changes, compared with the pace nearby, degrees, shape (frames,).
     free
         Mask of the frames without errors, shape (frames,).
     scale
-        The scale of the turns in these frames, degrees, NaN if there are too few.
+        The scale of the changes in these frames, degrees, NaN if there are too few frames.
     """
 
     turned: Array
@@ -287,17 +288,17 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """The opposite turns of P and C over a fixed number of frames.
+    """The opposite rotations of P and C over a fixed number of frames.
 
     Attributes
     ----------
     turned
-        The smaller of the two turns, degrees, shape (frames,); 0 if they are not opposite, and −1
-        near errors.
+        The smaller of the two rotations, degrees, shape (frames,). It is 0 if they are not
+        opposite, and −1 near errors.
     free
         The number of frames that are not near errors.
     natural
-        The 99 % quantile of `turned` in these frames.
+        The 99 % quantile of `turned` in these frames, degrees.
     """
 
     turned: Array
@@ -386,16 +387,19 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return the turn of a signal at an edge, minus its pace in two frames on either side."""
+        """Return the change of a signal at an edge, compared with its pace on either side.
+
+        The pace is the mean of `turns` in two frames before and after the edge.
+        """
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Return the log-likelihood ratio of an expected turn at an edge over no turn, in nats.
+        """Return the log-likelihood ratio of an expected change at an edge over no change, in nats.
 
-        `name` is the name of the signal, and `expected` is the turn that the error causes, in
+        `name` is the name of the signal, and `expected` is the change that the error causes, in
         degrees.
         """
         c = self.chain
@@ -426,7 +430,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return by how much the correction makes the azimuth rougher at the edges, in nats."""
+        """Return how much rougher the correction makes the azimuth at the edges, in nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0

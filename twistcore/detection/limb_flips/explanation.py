@@ -1,10 +1,10 @@
 """Explain the jumps of a limb by runs of frames in which the limb is flipped, at the lowest cost.
 
-Each sharp jump is an edge of a run, or is inside a run whose offset follows the jump, or remains
+Each sharp jump is an edge of a run, or is inside a run and changes its offset, or remains
 unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
-its edges. The cost falls with the evidence that the limb belongs on the other side, which is the
-distribution of its swivel angle in the clip. Costs are logarithms of odds, so a difference of costs
-shows how certain an explanation is.
+its edges. The cost is lower if the distribution of the swivel angle in the clip indicates that the
+limb belongs on the other side. Costs are logarithms of odds, so a difference of costs shows how
+certain an explanation is.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 RUN = 1.0  # cost of every run
-FOLLOWED = 2.5  # cost of a jump inside a run; another run is cheaper
+FOLLOWED = 2.5  # cost of a jump inside a run; a second run is cheaper
 SECOND = 4.0  # cost of each second of a run
 CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that remains after the edges of a run
-NEVER_CLOSED = math.radians(110.0)  # no run may leave a larger angle
-# Additional cost of a run that leaves at least the angle CLOSED, more than rounding and motion
-# explain.
+NEVER_CLOSED = math.radians(110.0)  # maximum angle that may remain after a run
+# Additional cost of a run after which at least the angle CLOSED remains. This angle is larger than
+# rounding and motion explain.
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # cost of an edge that takes several frames
 LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that remains unexplained
@@ -44,7 +44,7 @@ OBSERVATION = 0.08  # seconds; the frames in this time count as one observation
 FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line has less weight
 ROUNDS = 3  # rounds of finding runs and estimating the usual side without them
 _BINS, _BLUR = 72, 25.0  # number of bins of the density of the swivel; its smoothing in degrees
-_BLOCK = 1000  # number of runs whose evidence is computed together
+_BLOCK = 1000  # number of runs for which the evidence is computed together
 _ANYWHERE = 0.1  # share of a uniform density in the density
 
 
@@ -67,7 +67,7 @@ class Run:
     side
         The evidence that the limb belongs on the other side, as a logarithm of odds.
     odds
-        The additional cost of the cheapest explanation without this run.
+        The additional cost of the cheapest explanation without this run, a logarithm of odds.
     """
 
     start: int
@@ -104,7 +104,7 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Return the runs that explain the jumps of a limb best, sorted by start.
+    """Return the runs of flipped frames that explain the jumps of a limb best, sorted by start.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def why_unexplained(
     """Return the costs that show why :func:`explain` left a jump unexplained.
 
     `jump` is the jump and `runs` is the result of :func:`explain`. The other parameters have the
-    same meaning as there.
+    same meaning as in :func:`explain`.
     """
     best = Unexplained(_price_left(jump))
     possible = _possible_runs(jumps, fps)
@@ -217,9 +217,9 @@ def _log_density(angle: Array, weight: Array) -> Density:
 
 
 def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
-    """Return the steps with all possible runs, sorted by target.
+    """Return all possible runs, as steps of an explanation that are sorted by target.
 
-    The evidence about the side is not included.
+    Their costs do not include the evidence about the side of the limb.
     """
     out = []
     for k, last in enumerate(jumps):
@@ -240,12 +240,13 @@ def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
 
 
 def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Density) -> list[_Arc]:
-    """Return steps with their runs' evidence that the limb belongs on the other side.
+    """Add the evidence that a limb belongs on the other side to the runs and costs of steps.
 
-    `weight` contains the weight of each frame in the evidence, and `log` is the log density.
+    The changed steps are returned. `weight` contains the weight of each frame in the evidence, and
+    `log` is the log density of the swivel angle.
     """
     out, as_is = [], log(angle)
-    for first in range(0, len(possible), _BLOCK):  # a restless clip has very many possible runs
+    for first in range(0, len(possible), _BLOCK):  # a jittery clip has very many possible runs
         arcs = possible[first : first + _BLOCK]
         runs = [arc.run for arc in arcs if arc.run is not None]
         frames = np.concatenate([np.arange(run.start, run.stop) for run in runs])
@@ -271,7 +272,7 @@ def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -
 
 
 def _price(run: Run, fps: float) -> float:
-    """Return the cost of a run without the evidence about the side."""
+    """Return the cost of a run, without the evidence about the side of the limb."""
     open_by = abs(run.residual)
     return (
         RUN
@@ -323,7 +324,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """Return True if two runs share half of their frames, so that they describe the same error."""
+    """Return True if two runs share at least half of their frames and so describe one error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)

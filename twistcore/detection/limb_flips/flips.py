@@ -42,8 +42,8 @@ from twistcore.work.progress import Tell, nobody
 TAU = float(np.radians(55.0))  # natural departures in 40 CMU clips at 120 Hz reach 51°
 SURE = 1.5  # minimum log odds of a flip that is corrected automatically
 _BESIDE = 3  # frames on either side of a flip in which the path of the middle joint is measured
-# If there are at least SEVERAL limbs and a larger share of them than TOGETHER jumps in a frame, the
-# whole pose jumps there, as at a cut.
+# If there are at least SEVERAL limbs and more than the share TOGETHER of them jumps in a frame, the
+# whole pose jumps in this frame, as at a cut.
 SEVERAL, TOGETHER = 3, 0.5
 
 
@@ -60,7 +60,8 @@ class LimbFlips:
     swivel
         The swivel of the limb.
     departures
-        The turns of the limb about its line minus the median of nearby frames, radians, (frames,).
+        The rotation of the limb about its line since the previous frame, minus the median of nearby
+        frames, radians, shape (frames,).
     capture
         Mask of the frames that are not at a cut or a jump of the whole pose, shape (frames,).
     noisy
@@ -89,15 +90,16 @@ class LimbFlips:
         return natural_departures(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return the movement of the limb's end in given frames minus the median nearby, (n,).
+        """Return how far the limb's end moves in given frames, beyond its usual movement, (n,).
 
-        The unit is the limb's length, and the smallest value is 0.
+        The usual movement is the median of nearby frames. The result is a fraction of the limb's
+        length, at least 0.
         """
         step = self.swivel.step
         return np.maximum(step[frames] - median_around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians and the smaller ones that may be their other edge.
+        """Return the jumps of at least τ radians, and smaller ones that may be opposite edges.
 
         The jumps are sorted by start.
         """
@@ -135,15 +137,18 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures after removing an offset, (frames,), from the limb, in radians."""
+        """Return the departures, in radians, after an offset is removed from the limb.
+
+        `offset` is in radians. Both have the shape (frames,).
+        """
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
         """Return True if the limb's end rotated with the limb in a flip.
 
-        In this case, turning the end back makes the jumps at the edges of the flip smaller. `start`
-        is the first frame of the flip, and `offset` contains its angles in radians.
+        In this case, rotating the end back makes the jumps at the edges of the flip smaller.
+        `start` is the first frame of the flip, and `offset` contains its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -184,9 +189,9 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return the total turn of a limb's end at the edges of a flip after its removal, in radians.
+    """Return how far a limb's end rotates at both edges of a flip after its removal, in radians.
 
-    `along` is True if the end rotated with the limb and is turned back with it.
+    `along` is True if the end rotated with the limb and is rotated back with it.
     """
     end = swivel.end
     total = 0.0
@@ -260,7 +265,7 @@ class LimbFlipAnalysis:
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse the flips of limbs, up to the point where τ is needed.
+    """Analyse the flips of limbs, before a threshold τ is chosen.
 
     `tell` is called with the progress, from 0 to 1.
     """

@@ -1,4 +1,8 @@
-"""Find jumps of a limb about its line: sharp jumps in one frame, and soft jumps over several."""
+"""Find jumps of a limb: sudden rotations about the line from its first joint to its end.
+
+A sharp jump occurs in one frame, and a soft jump over several frames. The *departure* of a frame is
+the rotation about the line since the previous frame minus the median in nearby frames.
+"""
 
 from __future__ import annotations
 
@@ -19,21 +23,21 @@ _SOFT_SECONDS = 0.15  # maximum duration of a soft jump
 _SOFT_TURN = np.radians([75.0, 190.0])  # smallest and largest angle of a soft jump
 _SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # per second; each is tried as the minimum pace
 # The natural jitter of the middle joint, and its smallest distance from the line for which the
-# resulting turn is computed. Both are shares of the limb's length.
+# resulting rotation is computed. Both are shares of the limb's length.
 _UNREST, _STRAIGHT = 0.006, 0.04
 # Smallest jump that may be the other edge of a flip: an angle, and a multiple of the limb's scale.
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
-SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
+SHARP = float(np.radians(40.0))  # a larger rotation in a frame is not part of a soft jump
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump of a limb about its line in frames [start, stop).
+    """A sudden rotation of a limb about its line in frames [start, stop).
 
     Attributes
     ----------
     turns
-        The turn of the limb in each frame of the jump, radians.
+        The rotation of the limb in each frame of the jump, radians.
     scale
         The natural magnitude of the limb's departures near the jump, radians.
     step
@@ -56,14 +60,15 @@ class Jump:
 
     @property
     def turn(self) -> float:
-        """The sum of the jump's turns, in radians."""
+        """The rotation of the limb in the whole jump, in radians."""
         return sum(self.turns)
 
 
 def departure(turns: Array) -> Array:
-    """Return the turns of a limb, (frames,), minus the median of nearby frames, in radians.
+    """Return the departures of a limb: its rotations minus the median of nearby frames, in radians.
 
-    The median excludes the frame itself and frame 0, which has no turn.
+    `turns` contains the rotations about the limb's line since the previous frame, (frames,). The
+    median excludes the frame itself and frame 0, which has no previous frame.
     """
     return wrap(turns - median_around(turns))
 
@@ -95,7 +100,7 @@ def natural_departures(departures: Array, height: Array, fps: float, frames: Ind
 
     `departures` contains the departures in radians, (frames,), and `height` the distance of the
     middle joint from the line, as a fraction of the limb's length, (frames,). The smaller this
-    distance is, the more the same jitter turns the limb about its line.
+    distance is, the more the limb rotates about its line by the same jitter.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -128,10 +133,10 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Return the jumps over several frames: fast turns in one direction that amount to a flip.
+    """Return the jumps over several frames: fast rotations in one direction that amount to a flip.
 
-    `turns` contains the turns in radians, (frames,). `sharp` is the mask of the frames with sharp
-    turns, which cannot be part of a soft jump.
+    `turns` contains the rotations in radians, (frames,). `sharp` is the mask of the frames with
+    sharp jumps, which cannot be part of a soft jump.
     """
     found = set()
     for pace in _SOFT_PACES / fps:

@@ -16,8 +16,8 @@ from twistcore.work.frozen import dataclass
 BENT = 0.03  # share of the limb's length; nearer to the line, the middle joint shows no angle
 _FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
 _REFINED = 5  # maximum number of rounds to refine the usual side
-_ALIKE = np.radians(40.0)  # measures of a turn that differ by less agree
-_LARGE = np.radians(90.0)  # a larger turn may take two frames
+_ALIKE = np.radians(40.0)  # measures of a rotation that differ by less agree
+_LARGE = np.radians(90.0)  # a larger rotation may take two frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class Swivel:
     angle
         The swivel angle φ: the angle of C about the line, measured from `side`, shape (frames,).
     jump
-        The turn of the limb about its line since the previous frame, shape (frames,). It is defined
-        even if the limb is straight.
+        The rotation of the limb about its line since the previous frame, shape (frames,). It is
+        defined even if the limb is straight.
     height
         The distance of C from the line, shape (frames,).
     step
@@ -44,7 +44,7 @@ class Swivel:
     end
         The rotation of E in world space, shape (frames, 4).
     side
-        The usual direction of C from the line, in the coordinate system of P's parent, shape (3,).
+        The usual direction from the line to C, in the coordinates of P's parent, shape (3,).
     """
 
     angle: Array
@@ -57,9 +57,9 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """Return φ for other positions of C and E.
+        """Return φ in radians for different positions of C and E, (frames,).
 
-        The positions come from :func:`~twistcore.skeleton.limb.limb_positions`.
+        The positions are in the form that :func:`~twistcore.skeleton.limb.limb_positions` returns.
         """
         line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
@@ -82,8 +82,8 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # From here on, values are in world space, in which a turn of P's parent is not compensated by
-    # a turn of P.
+    # From here on, values are in world space, in which a rotation of P's parent is not compensated
+    # by a rotation of P.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
@@ -110,14 +110,15 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the turn of a limb about its line since the previous frame, (frames,).
+    """Return the angle by which a limb rotated about its line since the previous frame, (frames,).
 
-    Three measures show the turn: the rotation of P, the rotation of the bone that ends in E, and
-    the position of C. The turn is the angle on which the position and at least one rotation agree,
-    because a counter-twist or a spinning bone changes a rotation but moves no joint. In a straight
-    limb, C's position does not show the turn, so only the two rotations are compared. If the
-    measures disagree, the smallest turn is returned, unless they agree over two frames, because
-    the rotations and the position turned in different frames.
+    Three measures show this angle: the rotation of P, the rotation of the bone that ends in E, and
+    the position of C. The result is the angle on which the position and at least one rotation
+    agree, because a counter-twist or a spinning bone changes a rotation but does not move a joint.
+    In a straight limb, C's position does not show the angle, so only the two rotations are
+    compared. If the measures disagree, the smallest angle is returned. However, the measures may
+    still agree over two frames, because the rotations and the position changed in different frames.
+    In that case, the angle over two frames is used.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
     out[1:], alike = _agreed([part[:-1] for part in limb], [part[1:] for part in limb])
-    # The turn from frame k to k + 2 is the sum of out[k + 1] and out[k + 2].
+    # The angle from frame k to k + 2 is the sum of out[k + 1] and out[k + 2].
     unlike = np.flatnonzero(~(alike[:-1] & alike[1:]))
     over_two, alike_two = _agreed([p[unlike] for p in limb], [p[unlike + 2] for p in limb])
     for i in np.flatnonzero(alike_two & (np.abs(over_two) > _LARGE)):
@@ -144,10 +145,10 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the turns of a limb between pairs of frames, (n,), and a mask of the reliable turns.
+    """Return how far a limb rotates between pairs of frames, and a mask of the reliable angles.
 
-    `before` and `after` each consist of the parameters of :func:`_jump` for n frames. A turn is
-    reliable if its measures agree.
+    Both have the shape (n,), and angles are in radians. `before` and `after` each consist of the
+    parameters of :func:`_jump` for n frames. An angle is reliable if its measures agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -173,16 +174,17 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the turn about the line between two rotations of a bone, in radians, (n,).
+    """Return the angle by which a bone rotates about the line between frames, in radians, (n,).
 
-    `way` is the shortest rotation of the line between the frames. It is not part of the turn.
+    `before` and `after` are the rotations of the bone, (n, 4). `way` is the shortest rotation of
+    the line between the frames, which is not part of the angle.
     """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
-    """Return the usual direction of the middle joint from the line, (3,).
+    """Return the usual direction from the line to the middle joint, (3,).
 
     The parameters have the same meaning as in :func:`_jump`.
     """
@@ -198,7 +200,7 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return the angles about the line from the direction `side` to the vectors `aside`."""
+    """Return the angles in radians about the line, from the direction `side` to vectors `aside`."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 

@@ -32,7 +32,7 @@ GRID = 4  # number of spans that begin within the length of a span
 
 @dataclass(frozen=True)
 class SpanGrid:
-    """Overlapping spans of the same length. The position of a span is its number.
+    """Overlapping spans of frames, all of the same length. A span's number is called its position.
 
     Attributes
     ----------
@@ -58,10 +58,10 @@ class SpanGrid:
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures of levels from their bridges, in radians.
+        """Return the departures of levels from their bridges (natural courses), in radians.
 
         `level` has the shape (…, frames), and the result has the shape (probes, …, positions). A
-        departure at position j is computed from the frames from j·step on.
+        departure at position j is computed from frames that begin with frame j·step.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -91,7 +91,7 @@ class SpanGrid:
 
         The departures are at `many` positions from position `first` on. The frames,
         (5, probes, positions), are the frame of the probe and the four frames that define the
-        bridge. The weights, (4, probes), belong to the latter.
+        bridge. The weights of these four frames have the shape (4, probes).
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -111,11 +111,11 @@ def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of four values of a level for its bridge at the fraction `at` of a span.
+    """Return the weights of four frames, with which a bridge is computed at a fraction of a span.
 
-    The four frames are `reach` frames before the first frame of the span, its first frame, its last
+    The frames are `reach` frames before the first frame of the span, its first frame, its last
     frame, and `reach` frames after the last. They define the values and slopes of the Hermite cubic
-    at both ends.
+    at both ends. `at` is the fraction, 0…1, and `length` is the length of the span.
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)

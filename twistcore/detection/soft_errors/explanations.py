@@ -1,7 +1,7 @@
 """Explain an unnaturally large departure in a chain by a soft error.
 
-The soft error is either a free offset, with which u follows its bridge exactly, or a softened
-level.
+The soft error is either a *free offset* or a *softened level* (see `softened_level`). If a free
+offset is removed, u (see `natural_scale`) follows its bridge exactly.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PRIOR = 45.0
 LEVEL_PRICE = 8.0  # cost of the four numbers of a softened level, in nats
 COVERED = 4.0  # cost of each frame of an offset, in nats per unit of the departures' weight
 CLOSE = 3.0  # residuals of more σ add little to the surprise
-FREE_AT = 10.0  # a free offset of more σ is exact enough to be used as it is
+FREE_AT = 10.0  # a free offset of more σ is exact enough to be used unchanged
 LEAST = float(np.radians(2.0))  # smallest error that is found without a silent joint
 HOLE = 3  # maximum number of successive frames below the threshold within an error
 # The windows that are searched around a seed: multiples of its length, and factors for the parts of
@@ -62,7 +62,7 @@ class Tried(NamedTuple):
     Attributes
     ----------
     left
-        The remaining surprise plus the cost of the offset, in nats.
+        The remaining surprise (see `surprise`) plus the cost of the offset, in nats.
     offset
         The offset in each frame, radians, shape (frames,).
     sigma

@@ -50,8 +50,8 @@ class SpanDepartures:
 class LocalDepartures:
     """All departures over n spans that overlap a frame range, sorted by length and position.
 
-    There are three departures per span, one for each probe. The numbers have single precision: it
-    is finer than any scale, and twice as fast.
+    There are three departures per span, one for each probe. The numbers have single precision,
+    which is twice as fast and still finer than any scale.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class LocalDepartures:
         )
 
     def departures(self, courses: Array) -> Single:
-        """Return the departures of m offsets from their bridges, in radians, (m, 3, n).
+        """Return the departures of m offsets from their natural courses, in radians, (m, 3, n).
 
         `courses` contains the offsets in each frame of the range, radians, shape (m, frames).
         Outside the range they are 0.
@@ -111,7 +111,7 @@ class LocalDepartures:
         return out
 
     def surprise(self, departures: Single, wider: float = 1.0) -> Array:
-        """Return the surprise, in nats, that is left after the removal of m offsets, (m,).
+        """Return the surprise that is left after each of m offsets is removed, in nats, (m,).
 
         `departures` contains the departures of the offsets, shape (m, 3, n). `wider` is the factor
         by which all scales are multiplied.
@@ -122,12 +122,12 @@ class LocalDepartures:
         return np.asarray(costs @ (self.root * self.root).ravel(), dtype=np.float64)
 
     def residuals(self, departures: Single, wider: Array) -> tuple[Single, Single]:
-        """Return the weighted residuals of u after the removal of m offsets, and their derivatives.
+        """Return the weighted residuals of u after each of m offsets is removed.
 
-        The sum of the squared residuals is the surprise in nats. The derivatives are with respect
-        to the departures. Both have the shape (m, 3 n). `departures` contains the departures of the
-        offsets, shape (m, 3, n), and `wider` the factor by which the scales are multiplied for each
-        offset, (m, 1).
+        The sum of the squared residuals is the surprise in nats. The second result contains the
+        derivatives of the residuals with respect to the departures. Both have the shape (m, 3 n).
+        `departures` contains the departures of the offsets, shape (m, 3, n), and `wider` the factor
+        by which the scales are multiplied for each offset, (m, 1).
         """
         scaled = self.per_scale / wider[..., None].astype(np.float32)
         q = (self.u - departures) * scaled

@@ -34,7 +34,7 @@ CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
 def cost(z: Values, cap: float = CAP) -> Values:
-    """Return the costs of departures of z σ in nats, at most `cap`.
+    """Return the costs in nats of departures of `z` σ, at most `cap`.
 
     The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
     """

@@ -17,7 +17,7 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
-STILL = float(np.radians(2e-4))  # per frame; a joint that turns less is still, except for rounding
+STILL = float(np.radians(2e-4))  # per frame; a joint that rotates less is still or only rounded
 STANDS = float(np.radians(0.1))  # maximum variation of a constant level
 # Minimum share of the frames with motion of the other joint in which a silent joint is still.
 LEAST_STILL = 0.08
@@ -27,22 +27,23 @@ PARTS, LEAST_PARTS = 8, 4
 # Minimum share of all frames at the most frequent level. It is low because errors of neighbouring
 # chains may shift the level.
 LEAST_STANDING = 0.03
-# Minimum turn of the other joint per frame, and minimum number of frames with such a turn.
+# Minimum rotation of the other joint per frame, and minimum number of frames with such a rotation.
 MOVES, FEWEST = float(np.radians(0.05)), 20
 SMALLEST = float(np.radians(1.5))  # smaller errors are ignored
 MOST = 200  # maximum number of errors in a limb
 CERTAIN = 200.0  # nats: the gain of an error that a silent joint shows
 SHORTEST = 8  # frames between two cuts; in a shorter segment, nothing is reported
-# If a joint is still in at least this share of the frames, its turns are errors or filled gaps.
+# If a joint is still in at least this share of the frames, its rotations are errors or filled gaps.
 MOSTLY = 0.75
-# The other joint turns back if the remaining turns are at most this multiple of its own turns.
+# The other joint rotates back if the remaining rotations are at most this multiple of its own.
 ANSWERED = 1.25
 ALIKE = 0.05  # explanations whose remaining shares differ by less are considered equally good
-CLEARLY = 0.25  # maximum ratio of the remaining turns for one explanation to be clearly better
-LEFT = 0.3  # maximum share of the silent joints' turns that may remain after a correction
-# P turns farther than a silent C turns back if the ratio of their turns is between FARTHER and
-# FARTHEST and nearly the same at the beginning and at the end (AS_MUCH), and if P turns in step
-# with C (OUT_OF_STEP).
+# An explanation is clearly better than another if the ratio of the remaining rotations is less.
+CLEARLY = 0.25
+LEFT = 0.3  # maximum share of the silent joints' rotations that may remain after a correction
+# P rotates farther than a silent C rotates back if the ratio of their rotations is between FARTHER
+# and FARTHEST and nearly the same at the beginning and at the end (AS_MUCH), and if P rotates in
+# step with C (OUT_OF_STEP).
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
 BESIDE = 8  # minimum number of frames on either side that show P's natural motion
 
@@ -89,9 +90,9 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     """Return which joint of each chain is silent, keyed by the row of the chain.
 
     The value is 1 if the parent is silent, and −1 if the child is. Chains without a silent joint
-    are left out. If a neighbouring chain shares the silent joint, it must have a silent joint as
-    well. If it has none, the errors of the two chains cannot be distinguished, and the chain is
-    left out.
+    are left out. If a neighbouring chain shares the silent joint, the neighbouring chain must have
+    a silent joint as well. If not, the errors of the two chains cannot be distinguished, and the
+    chain is left out.
     """
     many = surprise.limbs.count
     if surprise.limbs.step:  # with rounded angles, every joint appears to be still at times
@@ -125,10 +126,10 @@ def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], 
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """Return True if the other joint turns back the few turns of a mostly still joint.
+    """Return True if the other joint rotates back whenever a mostly still joint rotates.
 
     A joint that was held over gaps in the capture is also mostly still, but the other joint does
-    not turn back its remaining turns.
+    not rotate back when it moves. `own` and `other` contain the twist increments of both joints.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
@@ -149,8 +150,8 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Find and remove the errors that the silent joints of a limb show, one at a time.
 
     `sides` is the result of :func:`silent_sides` for the rows of the limb. If several silent joints
-    twist in the same frames, one error may have caused all their turns. The error whose removal
-    leaves the smallest turns is chosen.
+    twist in the same frames, a single error may be the cause. In that case, the
+    chosen error is the one whose removal leaves the least twist in the silent joints.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -179,10 +180,10 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of a parent's turn to the opposite turn of its silent child.
+    """Return the ratio of a parent's rotation to the opposite rotation of its silent child.
 
-    The turns are measured in frames [start, stop), and the result is 1 if the ratio is unclear. The
-    natural motion of the parent is estimated with a cubic polynomial.
+    The rotations are measured in frames [start, stop), and the result is 1 if the ratio is unclear.
+    The natural motion of the parent is estimated with a cubic polynomial.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -202,7 +203,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of the silent joints' turns that remains after an error is removed."""
+    """Return the share of the silent joints' rotations that remains after an error is removed."""
     before = _turned(surprise, sides, error)
     _remove(surprise, error)
     left = _turned(surprise, sides, error)
@@ -213,7 +214,7 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the error that the other joint of its chain turns back, of several equally good ones.
+    """Choose among equally good errors by how well the other joint of the chain rotates back.
 
     If two chains share a silent joint, this joint does not show which of the chains has the error.
     `alike` contains the candidates, including `best`. If no candidate is clearly better, `best` is
@@ -229,7 +230,11 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the ratio of the sum of both joints' turns to the other joint's turns in an error."""
+    """Return how far the other joint fails to rotate back in an error, relative to its rotations.
+
+    The result is 0 if its rotations cancel those of the silent joint. `side` is 1 if the parent is
+    the silent joint, and −1 if the child is.
+    """
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]
@@ -257,8 +262,8 @@ def _remove(surprise: Surprise, error: SoftError) -> None:
 def error_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
     """Return the frame ranges [start, stop) in which the level of a silent joint shows an error.
 
-    `level` is the level relative to the usual one. A range ends at a cut. Ranges in short segments,
-    such as a T-pose at the start, are left out.
+    `level` is relative to the usual level, in radians. A range ends at a cut. Ranges in short
+    segments between cuts, such as a T-pose at the start, are left out.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

@@ -15,12 +15,13 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SEEN = float(np.radians(0.05))  # a smaller offset is ignored
-# In an error, both joints turn. If the smaller turn is below this share of the larger, only one
-# joint moved. This is decided where the error is steepest, because a soft onset is lost in natural
-# motion, and only if the steps of the error are larger than the natural unrest by the factor CLEAR.
+# In an error, both joints rotate. If the smaller rotation is below the share SHOWN_IN_BOTH of the
+# larger one, only one joint moved. This is decided where the error is steepest, because a soft
+# onset is lost in natural motion, and only if the steps of the error are larger than the natural
+# jitter by the factor CLEAR.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
-# The other joint turns back with a silent joint if its changes of pace reverse at least the share
-# TURNED_BACK of the silent joint's, or if the sum of both turns is at most LEFT_OVER times its own.
+# The other joint rotates back if its changes of pace cancel at least the share TURNED_BACK of the
+# silent joint's, or if the sum of both rotations is at most LEFT_OVER times its own rotation.
 TURNED_BACK, LEFT_OVER = 0.5, 1.5
 AROUND = 8  # number of frames on either side that show the natural motion
 LEAST_BEHIND = 2.0  # an error at an end of the clip must be shorter than the rest by this factor
@@ -41,7 +42,7 @@ class SoftError:
     sigma
         The standard deviation of the correction, radians.
     followed
-        The fraction of the error that the child turns back.
+        The fraction of the error by which the child rotates back.
     unsure
         True if the error is reported but not corrected.
     silent
@@ -74,7 +75,7 @@ class SoftError:
 def marked_if_unsure(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """Return the error, marked unsure if it should not be corrected.
+    """Return a soft error, marked as unsure if it should not be corrected.
 
     An error is unsure if only one joint moved, or if the frames outside the error may be the wrong
     ones.
@@ -91,8 +92,8 @@ def marked_if_unsure(
         1 if the parent is silent (never twists elsewhere), −1 if the child is silent, 0 if neither
         is.
     last
-        True if no chain continues from the child. An error that only the child shows may then
-        belong to a joint below.
+        True if no other chain begins at the child. An error that only the child shows may then
+        belong to a joint below it.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
@@ -106,11 +107,11 @@ def marked_if_unsure(
 
 
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
-    """Return True if the other joint turns back the turn of a silent joint in frames [start, stop).
+    """Return True if the other joint rotates back when a silent joint rotates.
 
-    If the joint was only at rest, the other joint does not turn back. `own` and `other` contain the
-    twist increments of the silent joint and of the other joint. If their turns do not show this,
-    the changes of their pace are compared.
+    The rotations are compared in frames [start, stop). If the silent joint was only at rest, the
+    other joint does not rotate back. `own` and `other` contain the twist increments of the silent
+    joint and of the other joint. If these do not cancel, the changes of pace are compared.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -120,7 +121,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """Return True if both joints turn in the error, or `if_unclear` if this is uncertain."""
+    """Return True if both joints rotate in the error, or `if_unclear` if this is uncertain."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

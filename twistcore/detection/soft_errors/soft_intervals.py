@@ -30,7 +30,7 @@ from twistcore.work.frozen import dataclass
 ROUNDS = 2  # rounds of the search
 # The work allowed per frame and joint for the searches in a clip, and the minimum number of frames
 # for which it is computed. The unit is a departure to which courses are fitted. With a budget, the
-# time depends on the size of a clip, not on its restlessness.
+# time depends on the size of a clip, not on how jittery it is.
 BUDGET, LEAST_FRAMES = 15.0, 100
 NAMED = 5  # maximum number of frame ranges in a sentence
 KNOWN_FIRST = 10.0  # nats by which soft errors must explain the motion better than known errors
@@ -113,7 +113,7 @@ def search(
     Parameters
     ----------
     limbs
-        The limbs, of equal length.
+        The limbs, all with the same number of chains.
     fps
         The frame rate.
     cut
@@ -257,14 +257,15 @@ def _lively_errors(
 
     In the second of two rounds, the natural scales are measured without the errors found in the
     first. At least half of the budget is reserved for the second round, because errors that only
-    the first round finds may be natural restlessness.
+    the first round finds may be natural jitter.
 
     Parameters
     ----------
     surprise
         The limbs.
     bad
-        Mask of the frames in which no natural scale is measured, (rows, frames). It is changed.
+        Mask of the frames in which natural scales are not measured, (rows, frames). The mask is
+        changed in place.
     lively
         Mask of the rows to search.
 

@@ -40,7 +40,7 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 
 
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
-    """Explain the seeds of several limbs, the strongest first. Return True if all were examined.
+    """Explain the seeds of several limbs, strongest first. Return True if all seeds were examined.
 
     After the work `budget`, in the units of `surprise.work`, no further seed is examined.
     """
@@ -99,7 +99,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors, which are removed from the surprise."""
+        """Search the whole limb, remove its soft errors from the surprise, and return them."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
@@ -137,7 +137,7 @@ class Search:
         return self._surprise.work > OVER * self._surprise.budget
 
     def left(self) -> Mask:
-        """Return a mask, (frames,), of the frames in seeds that were not examined."""
+        """Return a mask of the frames that are in unexamined seeds, (frames,)."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -151,7 +151,7 @@ class Search:
         self._surprise.update_departures(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the error of a seed's chain or a neighbouring chain that explains the seed best.
+        """Return the error, in a seed's chain or a neighbouring one, that explains the seed best.
 
         The result is None if no explanation is good enough.
         """
@@ -177,7 +177,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return the reduction in surprise by the removal of an error, in nats.
+        """Return by how much the removal of an error reduces the surprise, in nats.
 
         The reductions in the chain of the error and in its neighbours are added.
         """
@@ -191,11 +191,11 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Return the explanation from the shortest of several seeds that leaves no seed nearby.
+        """Return the explanation of the shortest seed that leaves no other seed nearby, or None.
 
         If a seed remains after every explanation, for example because of another error nearby, the
         explanation with the highest gain relative to the square root of its length is returned. The
-        result is None if there is no explanation.
+        result is None if none of the seeds in `places` has an explanation.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):

@@ -33,7 +33,7 @@ _STEPS = 1e-3  # relative change of a number for its derivative
 # Maximum number of steps before the scales are narrowed, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
 ROUGHLY = 0.5  # smallest gain of a step while the scales are widened, in nats
-HOPELESS = 5.0  # a fit that is behind the best by more than this many of its last gains is given up
+HOPELESS = 5.0  # a fit is given up if it needs more than this many of its last gains to be the best
 NARROWER = 5.0  # factor by which the scales are narrowed
 
 
@@ -161,11 +161,10 @@ class _Descent:
         self.begun = self.ended = False
 
     def accept(self, number: Array, course: Array, left: float) -> bool:
-        """Accept new numbers if less surprise is left with them.
+        """Accept new numbers if they lower the sum of the squared residuals.
 
-        `course` and `left` are the course of the new numbers and the sum of its squared residuals.
-        Returns True if the fit continues from the new numbers, so that the derivatives there are
-        needed.
+        `course` is the course of the level with the new numbers, and `left` is this sum. Return
+        True if the fit continues from the new numbers, so that the derivatives there are needed.
         """
         self.begun = True
         self.left_steps -= 1
@@ -190,11 +189,11 @@ class _Descent:
         return self.ended
 
     def is_behind(self, leader: float) -> bool:
-        """Return True if the fit cannot be expected to reach the best value of another fit."""
+        """Return True if the fit will hardly reach `leader`, the best value of all fits."""
         return self.wider <= 1.0 and self.best - leader > HOPELESS * self.gained
 
     def damped(self) -> Array:
-        """Return the damped matrix for the next step, or the identity before the first step."""
+        """Return the damped curvature for the next step, or the identity before the first step."""
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()

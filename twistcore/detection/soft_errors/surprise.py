@@ -64,7 +64,7 @@ class _AtSpan:
 
 
 class _Grids(NamedTuple):
-    """The scales of spans of all lengths, side by side, for free offsets.
+    """The scales of spans of all lengths, joined into arrays for :meth:`Surprise.free_offsets`.
 
     Attributes
     ----------
@@ -106,8 +106,8 @@ class _Grids(NamedTuple):
 class Surprise:
     """Limbs from which errors are removed step by step, and their departures.
 
-    Each row is a chain; chain k of limb i is in row k·limbs + i. `budget` is the work allowed for
-    the search, in departures to which courses are fitted.
+    Each row is a chain. Chain k of limb i is in row k·limbs + i. `budget` is the work allowed for
+    the search, measured in departures to which courses are fitted.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
@@ -232,7 +232,7 @@ class Surprise:
         return local_departures(low, frames, overlapping)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span near an error after removing the error, in nats.
+        """Return the highest gain of any span near an error after the error is removed, in nats.
 
         Only spans that extend little beyond the error are considered, because there may be another
         error nearby.
@@ -273,7 +273,7 @@ class Surprise:
         )
 
     def free_offsets(self, row: int, ranges: Index, low: int, high: int) -> tuple[Array, Array]:
-        """Return offsets whose removal makes u follow its bridge over frame ranges, and their σ.
+        """Return the offsets to remove so that u follows its bridge over frame ranges, and their σ.
 
         Parameters
         ----------
@@ -304,7 +304,10 @@ class Surprise:
         return np.where(inside, level[:, inner] - course, 0.0), sigma
 
     def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:
-        """Return β and σ for bridges over frame ranges, (n, 2), from spans of similar length."""
+        """Return β and σ (see :class:`Natural`) for bridges over n frame ranges, (n, 2).
+
+        The values, each (n,), are interpolated from spans of similar length.
+        """
         starts, stops = ranges.T
         length = np.maximum(stops - starts, 1)
         grids, lengths = self._grids, self._grids.length

@@ -13,7 +13,7 @@ from twistcore.skeleton.body.shape import Shape
 
 _NUMBERED = np.radians(5.0)  # a joint that is named like a piece but bends more is not a piece
 _UNKNOWN = np.radians(1.0)  # a joint with an unknown name that bends more is not a piece
-_BENT = np.radians(10.0)  # smallest bend that tells pieces from joints; some joint must bend more
+_BENT = np.radians(10.0)  # pieces are distinguished from joints only if a joint bends more
 _FOOT = 0.35  # share of the longest bone; the limb ends before a shorter bone
 _NEARLY = 0.8  # share of the longest pair of bones; of longer pairs, the outermost is chosen
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
@@ -70,7 +70,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints below the k-th joint of `path`, without pieces."""
+        """Return the roles of the joints below the k-th joint of `path`, except for pieces."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -91,7 +91,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """Return True if a joint's name may mean two bones and no joint below settles which.
+    """Return True if a joint's name may mean two bones and no joint below it shows which one.
 
     `below` lists the limb's joints below `joint`, from the end upwards.
     """
@@ -103,8 +103,8 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
     """Return the bones of a line of joints, from the trunk to the end of the limb.
 
-    The foot or hand is not included, except for a long foot, such as a horse's, if `segments` is
-    empty.
+    The foot or hand is not included. However, a long foot, such as a horse's, is included if
+    `segments` is empty.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Return the index of the pair of bones that are thigh and shin, or upper arm and forearm.
+    """Return the index of the pair of bones that form the limb, such as thigh and shin.
 
     `sums` has the total length of each pair of neighbouring bones, starting at the trunk. The
     longest pair is chosen. Among pairs that are nearly as long, the outermost is chosen, since a

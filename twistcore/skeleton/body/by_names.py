@@ -20,7 +20,7 @@ Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs in which the end, or a joint above the end, has a known name.
+    """Return the limbs in which the hand or foot, or a joint above it, has a known name.
 
     The dict is keyed by (side, kind).
     """
@@ -53,7 +53,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """Return True for a root that has several children and a name that belongs to no limb."""
+    """Return True if a joint is a root with several children and its name has no role in a limb."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -88,9 +88,10 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path from the end of a limb up to the root if only joints above have names.
+    """Return the path from a hand or foot with an unknown name up to the root, or None.
 
-    The result is None if there are no such joints. `taken` contains the joints of other limbs.
+    The path is found from the named joints above the hand or foot. The result is None if there are
+    none. `taken` contains the joints of other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -135,9 +136,9 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child with the longest line of joints below it, or None at an end.
+    """Return the child with the longest line of joints below it, or None if there is no child.
 
-    Children of the other side are ignored.
+    Children on the other side of the body are ignored.
     """
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
@@ -148,7 +149,7 @@ def _main_child(shape: Shape, joint: int) -> int | None:
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint nearest below a foot whose name means a toe of the given side, or −1."""
+    """Return the nearest joint below a foot that is named as a toe of the given side, or −1."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

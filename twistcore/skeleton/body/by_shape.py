@@ -38,9 +38,10 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """Return the joint below a limb's end if the end bends sideways like a foot, or −1.
+    """Return the joint to which a foot points, or −1 if the limb's end is not a foot.
 
-    A hand is roughly in line with the forearm.
+    A foot is at an angle to the shin, but a hand is roughly in line with the forearm. `below` is
+    the joint below the end, or −1.
     """
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
@@ -53,9 +54,9 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs without known names in a body that has some known limbs.
+    """Return the limbs without known joint names in a body in which other limbs are known.
 
-    Such a limb is opposite a known limb, or begins elsewhere on the trunk. The dict is keyed by
+    Such a limb is opposite a known limb or begins elsewhere on the trunk. The dict is keyed by
     (side, kind).
     """
     found: dict[tuple[str, str], LimbLine] = {}
@@ -117,7 +118,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line of joints, from names or the rest pose, or '' if unknown."""
+    """Return the side of a line of joints, given by names or the rest pose, or '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

@@ -75,9 +75,9 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that says why a limb was not found, with names that may belong to it.
+    """Return why a limb was not found, as a clause with unknown names that may belong to the limb.
 
-    `known` contains the joints that are in use.
+    `known` contains the joints of the limbs that were found, and all joints above them.
     """
     end = ROLES[kind][-1]
     unknown = [

@@ -22,8 +22,8 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 def bone_offset(motion: Motion, joint: int) -> Array:
     """Return a joint's offset from its parent, shape (3,) or (frames, 3) with position channels.
 
-    Position channels near zero are rounding errors or relative to OFFSET. OFFSET is used instead of
-    them.
+    If the position channels are close to zero, they contain only rounding errors or are relative to
+    OFFSET. In this case, OFFSET is used instead.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()

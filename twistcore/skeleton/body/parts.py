@@ -73,7 +73,7 @@ class LimbLine:
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb, or a part of a limb, without a chain, and the reason.
+    """A limb or a part of a limb that has no chain, and the reason why it has none.
 
     Attributes
     ----------
@@ -103,7 +103,7 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """Return the limb's name, with the person if there is one, such as 'left arm of B'."""
+        """Return the limb's name, with the person's name if there is one: 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:

@@ -19,7 +19,7 @@ _FINGERS = 3  # minimum number of lines of joints that begin at a hand or paw
 
 
 class Shape:
-    """Measurements by which limbs are found in one person's part of a skeleton.
+    """Measurements of one person's part of a skeleton, with which the limbs are found.
 
     Parameters
     ----------
@@ -35,7 +35,8 @@ class Shape:
     Attributes
     ----------
     children, offsets, lengths
-        The person's children, the offset (:func:`bone_offset`) and its mean length, for each joint.
+        For each joint, its children that belong to the person, its offset (:func:`bone_offset`) and
+        the mean length of this offset.
     solid
         For each joint, True if its offset has a length.
     """
@@ -95,7 +96,7 @@ class Shape:
 
     @cached_property
     def outside_limbs(self) -> list[bool]:
-        """Return a mask of the head, fingers and props, and of all joints below them."""
+        """Return a mask of the joints of heads, fingers and props, and of all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -171,10 +172,10 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return the joint that ends a line's last bone although its name means a finger or prop.
+        """Return the joint at which a line really ends, if its name means a finger or a prop.
 
         The line must have two whole bones, and the joint must have children, like a hand. The
-        result has at most one joint.
+        result contains this joint or is empty.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.outside_limbs[below[0]]:
@@ -190,7 +191,7 @@ class Shape:
 
     @cached_property
     def rest(self) -> Array:
-        """Return the positions of the joints in the rest pose, (joints, 3)."""
+        """Return the positions of the joints in the rest pose, (joints, 3), in the file's unit."""
         out = np.zeros((len(self.names), 3))
         for joint, parent in enumerate(self.parents):
             out[joint] = self.skeleton.offsets[joint] + (out[parent] if parent >= 0 else 0.0)
