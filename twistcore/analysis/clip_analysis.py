@@ -175,7 +175,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis of a rig's chains, limited to those that the user chose, if any."""
+        """Return an analysis of a rig's chains, or only of the chains that the user chose."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -561,8 +561,8 @@ class ClipAnalysis:
     def left_open(self, interval: Interval) -> Interval:
         """Return an open copy of an interval of a restless person.
 
-        Open intervals and those that cannot be corrected are returned unchanged. Repeated calls
-        return the same object.
+        An interval that is already open or cannot be corrected is returned unchanged. Repeated
+        calls return the same object.
         """
         if interval.open or not interval.repairable:
             return interval

@@ -128,9 +128,10 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the turns of a helper that neither C nor its parent explains, in radians, (frames,).
+    """Return the turns of a helper that no neighbouring joint explains, in radians, (frames,).
 
-    `roll`, `driver` and `over` are the twist increments of the helper, of C and of the parent.
+    `roll`, `driver` and `over` are the twist increments of the helper, of the joint at the end of
+    its bone, and of the helper's parent.
     """
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)

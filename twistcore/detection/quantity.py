@@ -73,7 +73,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
 
 @dataclass(frozen=True, eq=False)
 class OwnFrames:
-    """A motion without its held frames, and the map from the frames of the clip to its frames.
+    """A motion without its held (repeated) frames, and a map to it from the frames of the clip.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class OwnFrames:
     def examined(
         self, values: Array, interval: Interval, *, around: int = 0, ends: int = 0
     ) -> Array:
-        """Return values of `motion` for the frames of the clip, with NaN in unsearched frames.
+        """Expand values per frame of `motion` to the clip's frames, with NaN where unsearched.
 
         The `ends` frames at each end of the clip and the frames at most `around` frames from a cut
         are not searched. Frames of the interval never become NaN.

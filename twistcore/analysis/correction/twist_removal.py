@@ -93,7 +93,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
     """Return the sum of the offsets that the child of a chain or the end of a limb followed.
 
-    The result has the same form as that of :func:`offsets_by_chain`.
+    The result has the same form as in :func:`offsets_by_chain`.
     """
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
