@@ -116,7 +116,10 @@ def roll_curve(motion: Motion, helper: Helper) -> Array:
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval, keyed by name: the helper's jumps at both edges."""
+    """Return the evidence for an interval, keyed by name: the helper's jumps at both edges.
+
+    `own` contains the angle by which only the helper turns in each frame, in radians, (frames,).
+    """
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )

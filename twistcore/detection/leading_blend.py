@@ -149,7 +149,8 @@ def _second_differences(values: Array, lag: int) -> Array:
 def _last_frame(way: Array, length: int) -> int:
     """Return the last frame of a blend: the last in which enough joints follow the course.
 
-    `length` is the approximate length of the blend in frames.
+    `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
+    the approximate length of the blend in frames.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)

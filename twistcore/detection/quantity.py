@@ -80,7 +80,8 @@ class OwnFrames:
     motion
         The motion without held frames, or the motion itself if there are none.
     at
-        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
+        For each frame of the clip, the index of the corresponding frame of `motion`, shape (frames
+        of the clip,).
     """
 
     motion: Motion
@@ -103,7 +104,7 @@ class OwnFrames:
         return cls(held.motion, np.clip(at, 0, len(held.first) - 1))
 
     def span(self, interval: Interval) -> tuple[int, int]:
-        """Return the frames [start, stop) of `motion` that an interval of the clip shows."""
+        """Return the frames [start, stop) of `motion` that correspond to an interval."""
         inside = self.at[interval.start : interval.stop]
         return int(inside[0]), int(inside[-1]) + 1
 

@@ -80,7 +80,8 @@ class _Clip:
     motion
         The motion.
     at
-        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
+        For each frame of the clip, the index of the corresponding frame of `motion`, shape (frames
+        of the clip,).
     owner
         The chain of each joint, keyed by joint.
     listed

@@ -320,7 +320,8 @@ def remove_twist(
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
     """Turn a chain's child back about its own bone by the angle by which it rolled with its parent.
 
-    The grandchild keeps its position.
+    The grandchild keeps its position. `rotations` is changed in the frames `at`. `rolled` contains
+    the angle in every frame, radians.
     """
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
@@ -330,7 +331,11 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about its bone. The joints below keep their orientation."""
+    """Turn a helper back about its bone. The joints below keep their orientation.
+
+    `rotations` is changed in the frames `at`. `offset` contains the angle in each of these frames,
+    radians.
+    """
     axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
     before = rotations[at, helper.parent]
     after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
@@ -352,8 +357,8 @@ def _turn_limb(
 
     The line runs from the first joint to the end. It is measured in the current coordinates of the
     first joint's parent, because a correction of the chain above turns these coordinates. If the
-    end coincides with the first joint, there is no line, and the limb is not turned. `at` are the
-    frames, and both angles are in radians, shape (n,).
+    end coincides with the first joint, there is no line, and the limb is not turned. `rotations` is
+    changed in the frames `at`. Both angles are in radians, shape (n,).
     """
     _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)

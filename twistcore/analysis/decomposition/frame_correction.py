@@ -94,7 +94,7 @@ def correct_frame(
     offset_before
         offset(t−1), radians.
     own
-        Offset of a known interval, radians, which is removed instead of offset(t).
+        Offset of a known interval, radians, to remove instead of offset(t). By default, offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

@@ -197,9 +197,10 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return the intervals of other chains with edges in [start, stop) that turn joints of `chain`.
+    """Return the intervals in other chains that turn joints of `chain` near frames [start, stop).
 
-    A soft interval is included if its offset changes there by enough to explain the strength.
+    An interval must have an edge in or next to these frames. A gradual one is also included if its
+    offset changes enough there to explain the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
