@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 __all__ = ["ClipAnalysis", "Detection", "analyse", "detect"]
 
 if not TYPE_CHECKING:
-    # Loaded on first use: quality and decomposition need no detector.
+    # Loaded on first use, because quality and decomposition need no detector.
     def __getattr__(name: str) -> object:
         if name in __all__:
             module = import_module(f"{__name__}.clip_analysis")

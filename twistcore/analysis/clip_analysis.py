@@ -1,4 +1,4 @@
-"""Analyse a clip: find chains, compute signals, and run detectors, each when first needed."""
+"""Analyse a clip: find chains, compute signals, and run detectors, each step when first needed."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class ClipAnalysis:
     rig : Rig
         The user's changes to the skeleton's chains.
     chosen : bool
-        True if the user chose some chains, False to analyse all of them.
+        True if the user chose some of the chains, False if all of them are analysed.
     people : sequence of str, optional
         Names of the people to whom the chains belong. None for all people.
     whole : ClipAnalysis, optional
@@ -155,7 +155,7 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig and the same choice of people and chains.
+        """Return an analysis with a different rig and the same choice of people and chains.
 
         Raises TwistError if the rig has none of the chosen chains.
         """
@@ -175,7 +175,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis of the chains of another rig, or of the chosen ones among them."""
+        """Return an analysis of a rig's chains, or only of the chains that the user chose."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -216,7 +216,7 @@ class ClipAnalysis:
     def reliability(self) -> Mapping[str, float]:
         """The median reliability of the azimuth, 0…1, keyed by chain name.
 
-        A low value means that the limb is often straight, so that θc is undefined.
+        A low value means that the limb is often straight, so its azimuth θc is undefined.
         """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
@@ -273,7 +273,7 @@ class ClipAnalysis:
         reference
             Another take of the same skeleton.
         name
-            Name of the other take in the notes. By default, its own name.
+            Name of the other take in the notes. By default, the clip's name.
 
         Raises
         ------
@@ -380,7 +380,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults without those at joints of people who were not chosen."""
+        """Return the faults, leaving out those at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -398,7 +398,7 @@ class ClipAnalysis:
 
     @property
     def helper_rolls(self) -> HelperAnalysis:
-        """The analysis of the helpers' rolls."""
+        """The analysis of the rolls of helpers (twist bones)."""
         if self._whole is not None:
             return self._whole.helper_rolls
         if self._helpers is not None:  # without waiting for a detector
@@ -424,8 +424,8 @@ class ClipAnalysis:
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the intervals of a kind that is never corrected automatically.
 
-        The dict is keyed by chain name. Some kinds are searched for in the clip after all automatic
-        corrections.
+        The result is keyed by chain name. Some kinds are searched for in the clip as it is after
+        all automatic corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -445,9 +445,9 @@ class ClipAnalysis:
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
-        """Return True if the child rolled with its parent in an interval found as a counter-twist.
+        """Return True if the child rolled with its parent during a detected counter-twist.
 
-        In this case, the interval may be part of a carried roll.
+        If so, the interval may be part of a carried roll.
         """
         return self._rolls.is_carried(self.chain(twist.chain), twist)
 
@@ -468,7 +468,7 @@ class ClipAnalysis:
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the lone jumps that remain after all automatic corrections.
 
-        The dict is keyed by chain name.
+        The result is keyed by chain name.
         """
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
@@ -527,7 +527,7 @@ class ClipAnalysis:
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump so often that no interval is certain.
 
-        The result for a clip of one person is ('',) or (). Jumps must be frequent both in the clip
+        For a clip of one person, the result is ('',) or (). Jumps must be frequent both in the clip
         as captured and after the corrections. If they are rare in the clip as captured, no detector
         is run. Jumps within a noise burst are not counted.
         """
@@ -559,9 +559,10 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return a copy of a restless person's interval as an open interval.
+        """Return an open copy of an interval of a restless person.
 
-        Repeated calls return the same object.
+        An interval that is already open or cannot be corrected is returned unchanged. Repeated
+        calls return the same object.
         """
         if interval.open or not interval.repairable:
             return interval
@@ -630,14 +631,14 @@ class ClipAnalysis:
 
     @cached_property
     def _plain_hinges(self) -> Hinges:
-        """The hinges of the clip as captured."""
+        """The hinges of the clip, measured in all frames as captured."""
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains that share a joint.
+        """Return the other automatic counter-twists in chains that share a joint with this one.
 
         If the interval is not corrected automatically, for example because τ was changed, the
-        counter-twists in its own chain are left out, because they may be the same error.
+        counter-twists in its chain are left out, because they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -660,7 +661,10 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip, or of its kept frames, measured outside counter-twists."""
+        """Return the hinges of the clip, measured outside counter-twists.
+
+        If `kept` is given, they are measured in these distinct frames of the clip.
+        """
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -700,8 +704,8 @@ class ClipAnalysis:
         kinds
             The kinds to search for. By default, all.
         tau_radians, tau_degrees
-            Threshold τ for all chains, or keyed by the name of a chain or limb, and automatic for
-            the others. A single number does not apply to limbs and helpers, whose τ is a different
+            Threshold τ for all chains, or keyed by the name of a chain or limb. By default, τ is
+            automatic. A single number does not apply to limbs and helpers, whose τ is a different
             quantity. Kinds that cannot be corrected have no τ.
         tell
             Called with the progress, 0…1.
@@ -760,8 +764,8 @@ class ClipAnalysis:
 class _ByName:
     """The detectors for chains, helpers and limb flips, combined into one analysis.
 
-    Restless people are known only after the search for all other kinds. Therefore this search sets
-    `final` to False, so that their intervals do not become open.
+    Which people are restless is known only after all other kinds have been searched for. During
+    that search, `final` is False, and no interval becomes open because of a restless person.
     """
 
     clip: ClipAnalysis
@@ -798,7 +802,7 @@ class _ByName:
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
     def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
-        """Add a chain's carried rolls, and remove the counter-twists that are part of one.
+        """Add a chain's carried rolls, and remove the counter-twists that are part of a roll.
 
         In a bent limb, a carried roll looks like a counter-twist. In a nearly straight limb, only a
         part of it does.
@@ -813,7 +817,7 @@ class _ByName:
         return [*left, *rolls]
 
     def _without_side_effects(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Remove flips that are only a side effect of a twist error in the limb's first joint.
+        """Return the flips, leaving out side effects of twist errors in the limb's first joint.
 
         If a child did not fully compensate its parent's twist error, the rest of the limb turns by
         the remaining angle. This is one error, not two.
@@ -836,9 +840,9 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval with an additional reason for doubt.
+    """Return an interval's evidence with `doubt` as its first reason for doubt.
 
-    `explain` returns the evidence.
+    `explain` returns the evidence to extend. None stands for no evidence.
     """
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
@@ -853,9 +857,9 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval with the measures that its correction makes worse.
+    """Return an interval's evidence, extended by the measures that its correction makes worse.
 
-    `explain` returns the evidence.
+    `explain` returns the evidence to extend. None stands for no evidence.
     """
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
@@ -875,8 +879,8 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 class Detection:
     """The intervals found in a clip, sorted by chain and start, limbs last.
 
-    A detection is a sequence of :class:`Interval`. An index that is a name, as in
-    ``found["LeftArm"]``, returns the detection for only that chain or limb.
+    A detection is a sequence of :class:`Interval`. It can also be indexed by a name:
+    ``found["LeftArm"]`` is the detection for only that chain or limb.
 
     Parameters
     ----------
@@ -998,9 +1002,9 @@ class Detection:
     ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
         """Return all chains and limbs, and the intervals that are corrected automatically.
 
-        `at_least` and `include_open` are the same as in :meth:`refined`. `motion` is not used.
+        `at_least` and `include_open` are the same as in :meth:`refined`. `motion` is ignored.
         """
-        del motion  # the analysis already has the chains
+        del motion  # not needed, because the analysis already has the chains
         sure = automatic_corrections(self, at_least, include_open=include_open)
         return self.chains_and_limbs, sure
 
@@ -1032,7 +1036,7 @@ class Detection:
         )
 
     def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
-        """Return a dict for each interval, with the fields of `twistcore detect --json`.
+        """Return one dict per interval, with the fields of `twistcore detect --json`.
 
         Parameters
         ----------
@@ -1063,7 +1067,7 @@ class Detection:
         Raises TwistError if pandas is not installed.
         """
         try:
-            pandas = import_module("pandas")  # it is optional, and takes a second to load
+            pandas = import_module("pandas")  # imported here: it is optional and slow to load
         except ImportError:
             raise TwistError(
                 "to_dataframe needs pandas: install it with pip install pandas"
@@ -1078,7 +1082,7 @@ def analyse(
     rig: Rig = AS_FOUND,
     people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """Analyse a clip: find its chains, compute signals, and run detectors, each when first needed.
+    """Find a clip's chains, and return an analysis that computes its results when first needed.
 
     Parameters
     ----------

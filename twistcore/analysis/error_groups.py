@@ -14,8 +14,8 @@ Two corrections of different kinds for the same frames of a limb are *alternativ
 is open. A reviewer chooses between them, and only the one with the higher confidence is in the
 group.
 
-An interval's limb is determined by its joint: the limb that begins at the joint or at the nearest
-joint above, or the root if there is none.
+An interval belongs to the limb that begins at the interval's joint or at the nearest joint above
+it. If there is no such limb, it belongs to the root.
 
 Computation time grows linearly with the number of intervals, apart from sorting.
 """
@@ -92,7 +92,7 @@ def error_groups(
 
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
-    """Return, for each joint, the joint at which its limb begins, or the root if there is none."""
+    """Return, for each joint, the first joint of its limb, or the root if it is in no limb."""
     found = chains_by_limb(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
@@ -102,7 +102,7 @@ def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
 
 
 class _Union:
-    """Sets of indices that can be merged."""
+    """Disjoint sets of indices that can be merged (union-find)."""
 
     def __init__(self, count: int) -> None:
         self._above = list(range(count))
@@ -127,7 +127,7 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """Return True for a jump: a momentary error that cannot be corrected."""
+    """Return True if an error is a jump: momentary and impossible to correct."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
@@ -188,10 +188,10 @@ def without_alternatives(
     *,
     chosen: Iterable[Interval] = (),
 ) -> tuple[Interval, ...]:
-    """Leave out intervals whose correction has a more certain alternative.
+    """Return the intervals, leaving out those whose correction has a more certain alternative.
 
-    If two alternatives were corrected together, the limb would end up in neither of the two
-    intended poses.
+    Alternatives are corrections of different kinds for the same frames of a limb. If two of them
+    were applied together, the limb would end up in neither of the two intended poses.
 
     Parameters
     ----------
@@ -224,7 +224,8 @@ def _without_alternatives(
 ) -> list[int]:
     """Return the members of a group, leaving out members that have a more certain alternative.
 
-    `chosen` contains the id() of each interval that is always kept.
+    `part` contains the indices of the group's intervals, and `chosen` the id() of each interval
+    that is always kept.
     """
     repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
     instead = defaultdict[int, set[int]](set)  # alternatives to each correction
@@ -251,7 +252,7 @@ def _without_alternatives(
 
 
 def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
-    """Return a group's errors with the main error first and the others sorted by start."""
+    """Return the indices of a group's errors: first the main error, then the others by start."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
         interval = intervals[k]
@@ -264,7 +265,7 @@ def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[i
 def _with_series(
     intervals: Sequence[Interval], parts: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Yield each group, with groups of a series joined, and the number of repetitions."""
+    """Join the groups of each series, and yield each group and how many groups were joined."""
     alike = defaultdict[tuple[str, Kind, str, bool], list[tuple[int, ...]]](list)
     for part in parts:
         lead = intervals[part[0]]
@@ -304,7 +305,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in an interval's middle frame, radians. Its median would take longer."""
+    """Return an interval's angle in its middle frame, radians, which is faster than a median."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -352,7 +353,7 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
     """Return the name of the body part that is wrong.
 
-    If it is `inside` a sentence, it begins with a lower-case letter.
+    If `inside` is True, the name is for the middle of a sentence and begins in lower case.
     """
     if interval.joint:
         return interval.joint

@@ -44,8 +44,8 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 def frames_note(motion: Motion) -> str:
     """Return a sentence about segments between cuts that are too short to examine, or ''.
 
-    T-poses at the ends and blends from or to them are not examined either, but the sentence does
-    not mention them.
+    T-poses at the ends of the clip, and blends from or to them, are not examined either, but the
+    sentence does not mention them.
     """
     frames = unexamined_frames(motion)
     if not frames:
@@ -64,7 +64,7 @@ def frames_note(motion: Motion) -> str:
 def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
     """Return the frames [start, stop) of segments that are too short to examine.
 
-    T-poses at the ends are not among them.
+    T-poses at the ends of the clip are not included.
     """
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):

@@ -84,7 +84,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at the same position as `joint`, from the highest one down to `joint`.
+    """Return the ancestors at the same position as a joint, from the top, and the joint itself.
 
     `above` has the same meaning as in :func:`_own_bone`.
     """

@@ -33,9 +33,11 @@ LEAST_BEND = 20.0  # degrees; the azimuth of a straighter limb is mostly noise
 LEAST = 3.0  # degrees; smaller turns of P at an edge are ignored
 WIDEST = 0.06  # maximum duration of an edge in seconds
 _AGREE = 0.4  # share of P's turn by which the turns of the azimuth and of C may differ from it
-# Share of the usual effort of the search for soft errors. More finds nothing in 345 restless clips.
+# Share of the usual effort of the search for soft errors. In 345 restless clips, a higher effort
+# finds nothing more.
 _EFFORT = 0.2
-_OUTSTANDING = 4.0  # minimum ratio of P's turn at an edge to its usual turn, both beyond the pace
+# Minimum ratio of P's turn at an edge to its usual turn, after the pace is subtracted from both.
+_OUTSTANDING = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,8 @@ class CarriedRolls:
     Attributes
     ----------
     known
-        The consistency detector's analyses of the motion without the roll of C about its own bone.
+        The consistency detector's analyses of the motion without the roll of the child about its
+        own bone.
     signals
         The signals of the same chains.
     """
@@ -161,7 +164,10 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _has_edge(signals: ChainSignals) -> bool:
-    """Return True if P turns at least once as in a carried roll and by far more than usual."""
+    """Return True if a chain's parent turns at least once as in a carried roll.
+
+    The turn must be far larger than the parent's usual turn.
+    """
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -183,9 +189,11 @@ def _turned(signals: ChainSignals, at: Index, width: int) -> Mask:
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return True where the azimuth turns back by P's angle and C rolls by about the same angle.
+    """Return True where parent, azimuth and child turn as in a carried roll.
 
-    `x` is the turn of P, `azimuth` the turn of the azimuth and `roll` the roll of C, in degrees.
+    The azimuth turns back by about the angle of the parent, and the child rolls by about this
+    angle. `x` is the turn of the parent, `azimuth` the turn of the azimuth, and `roll` the roll of
+    the child, in degrees.
     """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)

@@ -168,7 +168,7 @@ def _offsets(
     reference
         The name of the take that the expected twists are from, or ''.
     exact
-        True if the offsets of P and C must agree closely.
+        True if the offsets of a chain's parent and child must agree closely.
     """
     return _lowest(
         ConstantOffset(chain, math.degrees(offset), reference=reference)
@@ -197,7 +197,7 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return the constant twist of P relative to C, in radians, or None.
+    """Return the constant twist of a parent P relative to its child C, in radians, or None.
 
     The result is None if an offset is small or if the offsets of P and C do not agree. `own` and
     `expected` are the usual and the expected twists of P and C. `exact` is True if the offsets must
@@ -217,14 +217,18 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """Return True if the next chain has no usual twist, so that its turn may be taken for C's."""
+    """Return True if the chain below has no usual twist.
+
+    A turn in that chain may then be mistaken for a turn of this chain's child.
+    """
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Leave out the offset of any bone directly above another bone with an offset.
+    """Return the offsets, leaving out any bone directly above another bone with an offset.
 
-    An error of a bone also turns C of the bone above, so the lower bone is the wrong one.
+    An error of a bone also turns the child joint of the bone above, so the lower bone is the wrong
+    one.
     """
     offsets = tuple(found)
     parents = {one.parent for o in offsets for one in (o.chain, o.other) if one is not None}
@@ -247,7 +251,7 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
 
 
 def _usual_twists(motion: Motion, chain: Chain) -> _Twists | None:
-    """Return the usual twists of a chain's P and C, or None if one of them is undefined."""
+    """Return the usual twists of a chain's parent and child, or None if one is undefined."""
     of_p, of_c = (_usual(motion, chain, joint) for joint in (chain.parent, chain.child))
     return None if of_p is None or of_c is None else (of_p, of_c)
 

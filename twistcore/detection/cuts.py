@@ -21,7 +21,7 @@ SHORTEST_SEGMENT = 0.25
 JUMP = 5.0  # minimum ratio of a jump to the joint's usual pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less do not vote
 SHARE = 0.55  # minimum share of the voting joints that jump; tremors in captures reach 0.52
-# If fewer than this share of all joints ever bend, the votes are counted as if so many did. An
+# If fewer than this share of all joints ever bend, the votes are counted as if this share did. An
 # error in a clip in which nearly all joints are still is therefore not mistaken for a cut.
 FEWEST = 1.0 / 3.0
 # A frame with at least this share of jumping joints belongs to a cut if the gap between them is at

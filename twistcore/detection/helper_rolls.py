@@ -116,7 +116,10 @@ def roll_curve(motion: Motion, helper: Helper) -> Array:
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval, keyed by name: the helper's jumps at both edges."""
+    """Return the evidence for an interval, keyed by name: the helper's jumps at both edges.
+
+    `own` contains the angle by which only the helper turns in each frame, in radians, (frames,).
+    """
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )
@@ -128,9 +131,10 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the turns of a helper that neither C nor its parent explains, in radians, (frames,).
+    """Return the turns of a helper that no neighbouring joint explains, in radians, (frames,).
 
-    `roll`, `driver` and `over` are the twist increments of the helper, of C and of the parent.
+    `roll`, `driver` and `over` are the twist increments of the helper, of the joint at the end of
+    its bone, and of the helper's parent.
     """
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)

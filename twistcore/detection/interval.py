@@ -29,8 +29,8 @@ class Interval:
     start, stop : int
         The first frame, counted from 0, and the frame after the last one.
     offset : ndarray, shape (stop − start,)
-        The wrong angle in each frame, radians: of the twist of the parent joint or, for a limb
-        flip, of the limb's turn about the line between its ends. 0 for kinds without an offset.
+        The wrong angle in each frame, radians, by which the parent joint is twisted or, in a limb
+        flip, the limb is turned about the line between its ends. 0 for kinds without an offset.
     confidence : float, optional
         The probability that the correction is right, 0…1; None if the detector does not compute it.
     open : bool
@@ -85,11 +85,11 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """The evidence, keyed by name, or None. It can be written as JSON; angles in degrees."""
+        """The evidence, keyed by name and ready for JSON, with angles in degrees, or None."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which `explain` no longer refers to the analysis."""
+        """Return the state for pickling, in which `explain` does not refer to the analysis."""
         computed = "as_written", "for_review"
         own = {name: value for name, value in vars(self).items() if name not in computed}
         evidence = self.evidence
@@ -101,7 +101,7 @@ class Interval:
 
         The result is cached in the interval, because a detector returns mostly the same intervals
         while a person drags τ. A separate cache would keep intervals in memory after their clip is
-        closed, and with them the clip, to which `explain` refers.
+        closed. The clip would then stay in memory as well, because `explain` refers to it.
         """
         offset = self.offset
         one = (
@@ -159,7 +159,7 @@ class Interval:
 
     @property
     def shown(self) -> float:
-        """The angle to show to people, in radians: `size`, or `largest` if `size` is misleading.
+        """The angle to display, in radians: `size`, or `largest` if `size` is misleading.
 
         The median of a gradually changing offset depends on where the interval ends, and the median
         of an offset in both directions may be near 0.
@@ -201,7 +201,7 @@ class Interval:
 
     @property
     def automatic(self) -> bool:
-        """True if intervals of this kind may be corrected without the decision of a person."""
+        """True if intervals of this kind may be corrected without a person's decision."""
         return self.repairable and self.kind.info.automatic
 
     def may_be_same(self, other: Interval) -> bool:
@@ -214,7 +214,7 @@ class Interval:
         return same and (self.joint == other.joint or not self.kind.info.repairer)
 
     def with_offset(self, start: int, offset: Array) -> Interval:
-        """Return the interval with another start and offset; `stop` is set to fit the offset."""
+        """Return a copy with a different start and offset. Its `stop` is set to fit the offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
     def within(self, low: int, high: int) -> Interval:

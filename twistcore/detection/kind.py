@@ -30,7 +30,7 @@ class KindInfo:
         The rotation that a correction removes, such as "twist"; "" for a kind that no detector
         corrects.
     automatic : bool
-        True if errors of the kind may be corrected without the decision of a person.
+        True if errors of the kind may be corrected without a person's decision.
     sure : float
         The confidence below which a person must decide even if `automatic` is True.
     doubt : str
@@ -53,7 +53,7 @@ class KindInfo:
         `twistcore.analysis.correction.joint_repairs.JointRepair` as 'package.module:NAME', loaded
         on first use. "" for all other kinds.
     turns : bool
-        True if `repairer` turns the joint by the interval's offset, so that a person can change it.
+        True if `repairer` turns the joint by the interval's offset, which a person can then edit.
     below : bool
         True if a person can choose whether the joints below turned with the error.
     find : str
@@ -137,7 +137,7 @@ class _Kinds(type):
 
     def __getattr__(cls, name: str) -> Any:
         if name.isupper() and name in _known():
-            setattr(cls, name, kind := _known()[name])  # found directly the next time
+            setattr(cls, name, kind := _known()[name])  # cached as an attribute
             return kind
         raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
 
@@ -182,7 +182,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind with the given name. All calls with a name return the same object."""
+        """Return the kind with the given name. Calls with the same name return the same object."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -287,7 +287,10 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """Return True if an installed package provides a kind, ten times faster than `entry_points`."""
+    """Return True if an installed package provides a kind.
+
+    This is ten times as fast as a call of `entry_points`.
+    """
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

@@ -1,4 +1,4 @@
-"""Find a blend from a first pose, during which all joints follow the same course [Method].
+"""Find a blend from a first pose, during which all joints follow the same course s(t) [Method].
 
 A published clip often begins in a T-pose that is blended into the capture. Each joint moves from
 its first rotation towards the capture, and at time t it has covered the fraction s(t) of the way.
@@ -35,7 +35,7 @@ UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
 # faster rise is the end of an error.
 BEGUN, NEARLY = 0.1, 0.9
 KEEPING = 0.4  # minimum share of the joints that follow the course in a frame of the blend
-LONGER_LAG = 8  # the lag of second differences grows by one frame for so many frames of the blend
+LONGER_LAG = 8  # number of frames of a blend per additional frame of the second differences' lag
 BEHIND = 6  # minimum number of captured frames after the blend
 
 
@@ -108,7 +108,7 @@ def _unexplained_shares(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """Return True if s, (frames,), begins to rise at once and takes several frames to reach 1."""
+    """Return True if s, (frames,), soon begins to rise and takes several frames to reach 1."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
@@ -130,7 +130,7 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return the squared accelerations, their squared parts that s″ does not explain, and s″.
+    """Return the squared accelerations, the squares of their parts not explained by s″, and s″.
 
     The first two results have the shape (joints, n), and s″ the shape (n,). The arguments are the
     results of :func:`_course` and the lag of the second differences. Frame 0 is not used.
@@ -142,14 +142,15 @@ def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array,
 
 
 def _second_differences(values: Array, lag: int) -> Array:
-    """Return second differences along axis 1, from the values `lag` frames before and after."""
+    """Return the second differences along axis 1 between values `lag` frames apart."""
     return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
 
 
 def _last_frame(way: Array, length: int) -> int:
     """Return the last frame of a blend: the last in which enough joints follow the course.
 
-    `length` is the approximate length of the blend in frames.
+    `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
+    the approximate length of the blend in frames.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)

@@ -1,4 +1,6 @@
-"""Lines of chains that share joints, and how an error affects the next chains [Method, step 4].
+"""Limbs as rows of chains that share joints, and the effect of an error on adjacent chains.
+
+See [Method, step 4].
 
 The twist increments of a chain are x for its parent and y for its child. An error of chain k turns
 the parent of chain k+1 and the child of chain k−1, so it has an *image* in x of chain k+1 and in y
@@ -110,12 +112,12 @@ class Limbs:
         return self.with_joints(joints)
 
     def only(self, limb: int) -> Limbs:
-        """Return one of the limbs, given by its index."""
+        """Return a copy that contains only the limb with the given index."""
         at = slice(limb, limb + 1)
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
     def with_joints(self, joints: Array) -> Limbs:
-        """Return the limbs with other rotations."""
+        """Return the limbs with the given local rotations, in the shape of :attr:`joints`."""
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
@@ -147,7 +149,7 @@ class Limbs:
         return down, up
 
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
-        """Return q(t−1)⁻¹ and q(t) of the joint that two chains share, and the axes of both.
+        """Return q(t−1)⁻¹ and q(t) of the joint that two chains share, and the axes of the chains.
 
         `side` is 1 if `chain` shares the joint with the next chain, and −1 if it shares it with the
         previous one. The axis of `chain` is returned as a quaternion, the other axis as a vector.

@@ -5,10 +5,10 @@ Such an event is
 * an *interval* that a detector finds at its automatic τ, even an *open* one: a parent P and its
   child C twist in opposite directions;
 * a *flip*: in one frame, P or C alone turns about the bone by far more than the consistency
-  detector expects from the neighbouring frames (FLIP_DEGREES and FLIP_SIGMA local scales). No limb
-  can do this, but the solver of a capture can, or Euler angles at a gimbal lock. The other joint
-  does not compensate for the turn, so a flip is not a twist error in the sense of [Choi26] and is
-  never an interval;
+  detector expects from the neighbouring frames (by at least FLIP_DEGREES and FLIP_SIGMA times the
+  local scale). No limb can do this, but the solver of a capture or Euler angles at a gimbal lock
+  can. The other joint does not compensate for the turn, so a flip is not a twist error in the sense
+  of [Choi26] and is never an interval;
 * a *limb flip* that is found at the automatic τ: the first joint P of a limb turns about the line
   to the limb's end E.
 

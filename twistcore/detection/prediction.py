@@ -71,11 +71,12 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """Return σ = 1.48·(mean √|r|)² of residuals r over the good frames near each frame, in radians.
+    """Return the local scale σ = 1.48·(mean √|r|)² of residuals r in each frame, in radians.
 
-    A few jumps have little effect on the mean of square roots. The factor 1.48 makes σ the standard
-    deviation of a normal distribution. If there are few good frames nearby, a window four times as
-    wide is used as well. If even that window contains too few, the whole clip is used.
+    The mean is over the good frames nearby. A few jumps have little effect on a mean of square
+    roots. The factor 1.48 makes σ the standard deviation of a normal distribution. If there are few
+    good frames nearby, a window four times as wide is used as well. If even that window contains
+    too few, the whole clip is used.
 
     Parameters
     ----------
@@ -275,7 +276,8 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 class GapGrowth:
     """The growth of σ with the gap over which a frame is predicted: 1, 3, 5 or 9 frames.
 
-    The growth is measured in the clip itself, by predicting the middle frame of such gaps.
+    The growth is measured in the clip itself, by predicting the middle frame of gaps of these
+    lengths.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
@@ -302,7 +304,7 @@ class GapGrowth:
     def measured(self, good: Mask) -> Array:
         """Return σ at the four gaps relative to a gap of 1, at least 1, (2, chains, 4).
 
-        Only the good frames are used, given by a mask, (chains, frames).
+        `good` is the mask of the good frames, (chains, frames). Only these frames are used.
         """
         frames = good.shape[1]
         out: list[Array] = []

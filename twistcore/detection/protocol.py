@@ -57,7 +57,7 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if the strength is m(t) of [Choi26], which other detectors can show as well."""
+        """True if the strength is m(t) of [Choi26], so m(t) needs no separate curve."""
         return self.strength == "m"
 
     @property

@@ -73,14 +73,15 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
 
 @dataclass(frozen=True, eq=False)
 class OwnFrames:
-    """A motion without its held frames, and the map from the frames of the clip to its frames.
+    """A motion without its held (repeated) frames, and a map to it from the frames of the clip.
 
     Attributes
     ----------
     motion
         The motion without held frames, or the motion itself if there are none.
     at
-        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
+        For each frame of the clip, the index of the corresponding frame of `motion`, shape (frames
+        of the clip,).
     """
 
     motion: Motion
@@ -103,14 +104,14 @@ class OwnFrames:
         return cls(held.motion, np.clip(at, 0, len(held.first) - 1))
 
     def span(self, interval: Interval) -> tuple[int, int]:
-        """Return the frames [start, stop) of `motion` that an interval of the clip shows."""
+        """Return the frames [start, stop) of `motion` that correspond to an interval."""
         inside = self.at[interval.start : interval.stop]
         return int(inside[0]), int(inside[-1]) + 1
 
     def examined(
         self, values: Array, interval: Interval, *, around: int = 0, ends: int = 0
     ) -> Array:
-        """Return values of `motion` for the frames of the clip, with NaN in unsearched frames.
+        """Expand values per frame of `motion` to the clip's frames, with NaN where unsearched.
 
         The `ends` frames at each end of the clip and the frames at most `around` frames from a cut
         are not searched. Frames of the interval never become NaN.

@@ -187,7 +187,7 @@ def register(detector: Detector) -> Detector:
 
 @contextmanager
 def detector_of_file(place: str) -> Iterator[str]:
-    """Register a detector from 'FILE.py:Class' and yield its name, in a `with` statement.
+    """Register a detector from 'FILE.py:Class' for a `with` statement, and yield its name.
 
     Processes that are started within the statement load the detector as well. Raises TwistError if
     the detector cannot be loaded.
@@ -227,7 +227,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
     """Return the entry points of detectors in installed packages, keyed by name.
 
-    The argument is `sys.path`, for the cache. No detector is loaded.
+    The argument is `sys.path`, the key of the cache. No detector is loaded.
     """
     from importlib.metadata import entry_points  # takes 20 ms, and few commands need it
 

@@ -14,7 +14,7 @@ CAP = 14.0  # nats: a residual above about 16 σ is a jump, and all jumps are eq
 
 
 def residual_cost(z: Array, cap: float | Array = CAP) -> Array:
-    """Return the costs of residuals of z σ in nats, at most `cap`.
+    """Return the costs, in nats, of residuals that are z times σ, at most `cap`.
 
     The cost is the negative log-likelihood relative to a residual of 0.
     """

@@ -49,7 +49,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which its fine movement is smaller than in most of the clip.
+    `times` is the factor by which the joint's fine movement is smaller than in most of the clip.
     """
 
     joint: int
@@ -248,7 +248,10 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the quantile `share` along axis 0, without interpolation; faster than np.quantile."""
+    """Return the quantile `share` along axis 0, without interpolation.
+
+    This is faster than np.quantile.
+    """
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row

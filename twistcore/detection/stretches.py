@@ -6,8 +6,8 @@ roll differs before and after it.
 
 Frames in which a foot or hand is turned during a flip are listed as a turned end instead.
 
-A stretch is never corrected automatically. For a person who accepts it, the correction angle is
-measured at the jumps. The joints below turn back with the joint if they jumped together with it.
+A stretch is never corrected automatically. If a person accepts it, the correction angle is measured
+at the jumps. The joints below turn back with the joint if they jumped together with it.
 """
 
 from __future__ import annotations
@@ -80,7 +80,8 @@ class _Clip:
     motion
         The motion.
     at
-        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
+        For each frame of the clip, the index of the corresponding frame of `motion`, shape (frames
+        of the clip,).
     owner
         The chain of each joint, keyed by joint.
     listed
@@ -139,7 +140,7 @@ class _Clip:
         return found
 
     def expected(self, joint: int) -> tuple[float | None, bool]:
-        """Return the right roll of a joint in radians, and True if it follows from the rest pose.
+        """Return the right roll of a joint in radians, and whether the rest pose determines it.
 
         The roll is None if it is unknown.
         """
@@ -335,8 +336,8 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     """Return True if the children of a joint jump with it at the edges of a stretch.
 
     In this case, their local rotations jump less than their orientation relative to the joint's
-    parent. The result is also True if a child has no rotation channels, so that it cannot be turned
-    back.
+    parent. The result is also True if a child has no rotation channels, because such a child cannot
+    be turned back.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
@@ -364,5 +365,5 @@ def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[s
         "turn_deg": math.degrees(turn),
         "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": math.degrees(turn),  # the name in the first version
+        "correction_deg": math.degrees(turn),  # the field's name in the first version
     }

@@ -1,8 +1,8 @@
 """Find turned ends: feet or hands that are additionally rotated during a limb flip.
 
-A solver that places the knee on the wrong side often also rotates the foot by an angle of its own.
-The correction of the flip, which either keeps the rotation of the foot or turns the foot with the
-leg, does not remove this rotation: after the correction, the local rotation of the foot jumps in
+A solver that places the knee on the wrong side often rotates the foot by an additional angle. The
+correction of the flip either keeps the rotation of the foot or turns the foot with the leg. It does
+not remove the additional rotation: after the correction, the local rotation of the foot jumps in
 the first frame of the flip and jumps back in the frame after the last. If the second jump is nearly
 the inverse of the first jump, the foot was rotated by the first jump in all frames of the flip.
 
@@ -63,7 +63,7 @@ def turns_of_end(rotations: Array) -> tuple[Array, Array]:
 
 
 def common_turn(turns: tuple[Array, Array]) -> Array:
-    """Return the rotation halfway between both results of :func:`turns_of_end`, (4,)."""
+    """Return the rotation halfway between the two results of :func:`turns_of_end`, (4,)."""
     return slerp(*turns, 0.5)
 
 

@@ -54,7 +54,7 @@ class Angles:
 
 
 class Corrected:
-    """A clip after the correction of the intervals that :meth:`take` was given.
+    """A clip after the correction of the intervals that were passed to :meth:`take`.
 
     Results of unchanged chains are reused, because the corrected clip must be updated quickly while
     a user drags τ.
@@ -136,7 +136,7 @@ class Corrected:
     def joint_paths(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
         """Return the paths of joints in frames [start, stop), shape (frames, joints, 3).
 
-        The positions are computed from the corrected rotations, and are not assumed to be
+        The positions are computed from the corrected rotations. They are not assumed to be
         unchanged.
         """
         return self._poses(start, stop)[1][:, joints]
@@ -156,7 +156,10 @@ class Corrected:
         return made(start, stop)
 
     def angles(self, chain: Chain) -> Angles:
-        """Return a chain's angles, in closed form if possible, or else from quaternions."""
+        """Return a chain's angles after the correction.
+
+        They are computed in closed form if possible, or else from quaternions.
+        """
         if chain.name not in self._forms:
             exact = not isinstance(chain, Helper) and _has_closed_form(
                 self._analysis, chain, self._free
@@ -259,8 +262,8 @@ class _ClosedForm:
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
     """Return True if a chain's corrected angles follow from the offsets alone.
 
-    They do not if the bone axis varies, or if a correction turns the child about another axis than
-    its own bone.
+    They do not if the bone axis varies, or if a correction turns the child about an axis other than
+    the child's own bone.
     """
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]

@@ -29,7 +29,8 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-# Share of the height; a rotation about the bone moves a child that is farther from it.
+# Share of the skeleton's height. A child that is farther than this from its parent's bone axis
+# moves if the parent turns about that axis.
 _ASIDE = 1e-4
 
 
@@ -52,7 +53,7 @@ class JointRepair:
 
 @cache
 def repair_of(kind: Kind) -> JointRepair | None:
-    """Return the repair of a kind of error, or None if it has none.
+    """Return the repair of a kind of error, or None if the kind has no repair.
 
     Raises TwistError if the module of the repair cannot be loaded.
     """
@@ -96,7 +97,7 @@ class JointRepairs:
         return low, high
 
     def applied(self, motion: Motion, low: int = 0) -> Motion:
-        """Return a part of the motion with all repairs applied.
+        """Return a part of the clip's motion with all repairs applied.
 
         `low` is the index of the part's first frame in the clip.
         """
@@ -119,7 +120,10 @@ def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """Return True if a repair moves other joints, which a rotation about the bone does not."""
+    """Return True if a repair changes the positions of other joints.
+
+    Usually, a rotation about the bone does not.
+    """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
     axis = own_axis(skeleton, joint)
@@ -167,7 +171,7 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Replace joints' rotations by slerp between the frames before and after each interval.
+    """Interpolate joints' rotations between the frames before and after each interval (slerp).
 
     The joints below follow. At an end of the clip, the rotation of the only neighbouring frame is
     used. Frames with an offset of 0 do not change.
@@ -187,10 +191,10 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Turn joints back by a fixed rotation, measured at both edges of each interval.
+    """Turn joints back by one fixed rotation per interval, which is measured at its two edges.
 
-    The joints below follow. Intervals at an end of the clip, and frames without an offset, are not
-    changed.
+    The joints below follow. Intervals at an end of the clip, and frames with an offset of 0, are
+    not changed.
     """
     rotations = motion.rotations.copy()
     for joint, own in _by_joint(motion.skeleton, intervals):

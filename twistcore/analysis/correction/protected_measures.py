@@ -50,7 +50,7 @@ class ProtectedMeasure:
     unit
         One of UNITS.
     before, after
-        The values as captured and after the correction.
+        The values before and after the correction.
     worse
         True if the value grew by more than its tolerance.
     joint
@@ -93,7 +93,9 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The joints of a clip that bend like an exact hinge, each determined when first needed.
+    """The joints of a clip that bend like an exact hinge, as a knee may do.
+
+    Each hinge is determined when it is first needed.
 
     Attributes
     ----------
@@ -137,7 +139,8 @@ class Hinges:
 def interval_at_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
     """Return the part of an interval that is in the given frames, which are in ascending order.
 
-    Its frames are counted among the given ones. It is empty if the interval contains none of them.
+    `start` and `stop` of the result are indices into `frames`. The result is empty if the interval
+    contains none of the frames.
     """
     start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
     return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
@@ -158,7 +161,7 @@ def protected_measures(
       limb is bent by more than 30°. A joint has an exact hinge if 95 % of the clip is within 3° of
       it. Tolerance: 1°.
     - *impossible turns*: number of frames in which a joint of the limb turns about its own axis
-      faster than any body can (:func:`lone_jumps.limit`). Tolerance: none.
+      faster than any body can (:func:`lone_jumps.largest_natural_turn`). Tolerance: none.
     - *next joint's roll*: fastest rotation of the next joint about its own bone, in degrees per
       frame. The next joint is the child for a counter-twist and the limb's end for a flip.
       Tolerance: 5°, or half of the value before the correction.
@@ -223,7 +226,8 @@ def _bone_of(
 class _Around:
     """The frames around an interval, before and after its correction.
 
-    The second axis of all arrays is before and after the correction.
+    In arrays of shape (frames, 2, …), the second axis has index 0 for the values before the
+    correction and index 1 for the values after it.
     """
 
     def __init__(
@@ -287,7 +291,10 @@ class _Around:
 
     @cached_property
     def turns(self) -> Array:
-        """Turn of each joint about its bone axis since the previous frame, (frames, 2, joints)."""
+        """Turn of each joint about its bone axis since the previous frame, in radians.
+
+        The shape is (frames, 2, joints).
+        """
         return turns_about(self.own, self.axes)
 
     @cached_property
@@ -301,7 +308,7 @@ class _Around:
         return [limb_positions(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """Return a measure at a joint, which knows whether the correction made it worse."""
+        """Return a measure at a joint, and determine whether the correction made it worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -319,7 +326,7 @@ class _Around:
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure how far the corrected joint deviates from its hinge.
+    """Measure how far the corrected joint deviates from its hinge plane, degrees.
 
     The result is None if the joint has no exact hinge or the limb is straight.
     """
@@ -360,7 +367,10 @@ def _impossible(around: _Around) -> ProtectedMeasure:
 
 
 def _roll(around: _Around) -> ProtectedMeasure | None:
-    """Measure the fastest turn of the next joint about its own bone, in its parent's frame."""
+    """Measure the fastest turn of the next joint about its own bone, degrees per frame.
+
+    The turn is relative to the joint's parent.
+    """
     if not around.axes[-1].any():
         return None
     before, after = np.degrees(np.abs(around.turns[:, :, -1]).max(axis=0)).tolist()
@@ -368,9 +378,10 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 
 
 def _path(around: _Around) -> ProtectedMeasure | None:
-    """Measure the length of the middle joint's path, % of the limb's length, or None for a chain.
+    """Measure the length of the middle joint's path, % of the limb's length.
 
-    Positions are relative to the first joint, in the coordinates of its parent.
+    Positions are relative to the first joint, in the coordinates of its parent. The result for a
+    chain is None.
     """
     if not isinstance(limb := around.chain, Limb):
         return None
@@ -409,8 +420,8 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """Return False for a child of the parent joint that is a leaf joint off the bone.
+    """Return True if a child of the chain's parent joint should stay in place.
 
-    Such a joint is only a helper.
+    A leaf joint off the bone is only a helper, and may move.
     """
     return joint == chain.child or bool(skeleton.children[joint])

@@ -46,7 +46,7 @@ def automatic_corrections(
 ) -> tuple[Interval, ...]:
     """Return the intervals that are corrected automatically.
 
-    This is decided nowhere else. Lone jumps are left out because they have no offset to remove.
+    No other function decides this. Lone jumps are left out because they have no offset to remove.
     Helper rolls, stretches and spikes are left out because their confidence is not measured.
 
     Parameters
@@ -54,12 +54,13 @@ def automatic_corrections(
     intervals
         The intervals to choose from.
     at_least
-        Minimum confidence, 0…1. By default, :data:`SURE_ENOUGH`. Intervals of a detector without
-        confidence, such as the paper's, are corrected only by default.
+        Minimum confidence, 0…1. By default, :data:`SURE_ENOUGH`. Intervals without a confidence,
+        such as those of the paper's detector, are returned only if `at_least` is None or 0.
     include_open
         True to include open intervals.
     confidence
-        Function that returns the confidence of an interval. By default, the detector's.
+        Function that returns the confidence of an interval. By default, the value that the detector
+        stored in the interval.
     """
     return tuple(
         i
@@ -90,9 +91,9 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the offsets that a chain's child or a limb's end followed.
+    """Return the sum of the offsets that the child of a chain or the end of a limb followed.
 
-    The form of the result is the same as in :func:`offsets_by_chain`.
+    The result has the same form as in :func:`offsets_by_chain`.
     """
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
@@ -164,7 +165,7 @@ def refine(
     >>> len(found), len(tc.detect(tc.refine(clip, found)))
     (8, 0)
 
-    With a choice of intervals:
+    With only some of the intervals:
 
     >>> some = [i for i in found if i.chain == "LeftForeArm"]
     >>> len(tc.detect(tc.refine(clip, some)))
@@ -179,7 +180,7 @@ def refine(
         raise TwistError(
             f"expected intervals inside the clip ({motion.frames} frames), found {beyond!r}"
         )
-    # Positions stay the same object, which tells a writer that they have not changed.
+    # Positions stay the same object, so a writer recognises that they have not changed.
     return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
 
 
@@ -261,8 +262,8 @@ def remove_twist(
 ) -> Motion:
     """Remove offsets from chains and limbs.
 
-    Frames with an offset of 0 stay the same bit by bit. The order of corrections does not matter,
-    because no twist moves a limb's line in world space.
+    Frames with an offset of 0 stay bit-identical. The order of corrections does not matter, because
+    no twist moves the line from a limb's first joint to its end in world space.
 
     For a chain of joints P, C and G, q'_P = q_P ⊗ R_a(−offset), where a is the bone axis, and q'_X
     = q'_P⁻¹ ⊗ q_P ⊗ q_X for every child X of P. All global rotations below P stay the same, and so
@@ -319,7 +320,8 @@ def remove_twist(
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
     """Turn a chain's child back about its own bone by the angle by which it rolled with its parent.
 
-    The grandchild keeps its position.
+    The grandchild keeps its position. `rotations` is changed in the frames `at`. `rolled` contains
+    the angle in every frame, radians.
     """
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
@@ -329,7 +331,11 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about its bone. The joints below keep their orientation."""
+    """Turn a helper back about its bone. The joints below keep their orientation.
+
+    `rotations` is changed in the frames `at`. `offset` contains the angle in each of these frames,
+    radians.
+    """
     axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
     before = rotations[at, helper.parent]
     after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
@@ -349,10 +355,10 @@ def _turn_limb(
 ) -> None:
     """Turn a limb back by `offset` about its line, and turn its end forward by `kept`.
 
-    The line from the first joint to the end is measured in the current coordinates of the first
-    joint's parent, because a correction of the chain above turns them. If the end coincides with
-    the first joint, there is no line, and the limb is not turned. `at` are the frames, and both
-    angles are in radians, shape (n,).
+    The line runs from the first joint to the end. It is measured in the current coordinates of the
+    first joint's parent, because a correction of the chain above turns these coordinates. If the
+    end coincides with the first joint, there is no line, and the limb is not turned. `rotations` is
+    changed in the frames `at`. Both angles are in radians, shape (n,).
     """
     _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
@@ -375,7 +381,7 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
     """Return the unit axis of a correction in the frames `at`, (3,) or (n, 3).
 
     If the child has position channels, the axis points to its exact position in each frame, even if
-    its direction varies by less than the 1° that detection ignores. A rotation about a mean axis
+    the direction varies by less than the 1° that detection ignores. A rotation about a mean axis
     would move the child.
     """
     if chain.child in motion.positioned:
@@ -388,8 +394,8 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
     """Return the children of a chain's parent joint that a correction moves.
 
-    These children are off the bone axis. The result maps joint names to distances from the axis, in
-    the file's unit. It is empty for an ordinary limb.
+    It moves them because they are off the bone axis. The result maps joint names to distances from
+    the axis, in the file's unit. It is empty for an ordinary arm or leg.
     """
     out: dict[str, float] = {}
     if isinstance(chain, Limb):  # the joints of a limb are meant to move

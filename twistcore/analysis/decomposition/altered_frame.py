@@ -1,4 +1,4 @@
-"""Change a frame as a user wishes, and return it as a motion of one frame."""
+"""Apply a user's changes to a single frame of a motion."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from twistcore.skeleton.rotation import (
 class WhatIf:
     """A user's changes to a frame. Angles are in radians. None leaves a quantity as captured.
 
-    P and C are the chain's parent and child, a is the bone axis, and v is the direction from C to G
-    in P's coordinates.
+    P, C and G are the chain's parent, child and grandchild. a is the bone axis, w is the direction
+    of the bone after P's rotation, and v is the direction from C to G in P's coordinates.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class WhatIf:
         Angle by which the bone and v are tipped sideways, out of the planes in which swing and bend
         are measured.
     toward
-        Direction w of the bone after the rotation, unit vector (x, y, z).
+        Direction w, unit vector (x, y, z).
     applied
         Fraction of offset(t) that is removed, 0…1 [Choi26 Eq. 15].
     """
@@ -90,7 +90,7 @@ def altered(
     offset
         The offset of an error in this frame, radians.
     stage
-        How much of P's rotation to include, as in :func:`rotation_at_stage`. None for all.
+        How much of P's rotation to include, as in :func:`rotation_at_stage`. None for all of it.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -113,8 +113,8 @@ def altered(
 def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
     """Return a part of a rotation as a quaternion, (4,).
 
-    Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation, with fractions in
-    between.
+    Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation. Values in between
+    give fractions of the swing or the twist.
     """
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
@@ -126,7 +126,7 @@ def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
 def _swing_turn(swing: Array) -> tuple[Array, float]:
     """Return the unit normal of a swing, (3,), and its angle in [0, π].
 
-    Without a swing, the normal is zeros.
+    If there is no swing, the normal is zero.
     """
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
     return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))

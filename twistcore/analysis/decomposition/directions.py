@@ -1,4 +1,4 @@
-"""Angles and directions of vectors in one frame."""
+"""Compute angles and directions of vectors in one frame."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def at_frame(vector: Array, frame: int) -> Array:
 def angle_between(u: Array, v: Array) -> float:
     """Return the angle between two unit vectors, radians.
 
-    Unlike with the arc cosine, the result is exact near 0 and π.
+    Unlike the arc cosine, this method is accurate near 0 and π.
     """
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 

@@ -31,9 +31,9 @@ class FrameCorrection:
     offset_before
         offset(t−1), the paper's running sum up to the previous frame.
     whole
-        The full offset, of which a fraction is removed, in (−π, π].
+        The full offset, in (−π, π].
     applied
-        That fraction, 0…1.
+        The fraction of `whole` that is removed, 0…1.
     q_parent, q_child
         Rotations of parent and child before the correction.
     parent_after, child_after
@@ -63,9 +63,9 @@ class FrameCorrection:
 
     @property
     def difference(self) -> float:
-        """The angle by which the correction changes the child's global rotation [Choi26 Eq. 14].
+        """The angle by which the correction changes the child's global rotation, radians.
 
-        It must be 0.
+        By [Choi26 Eq. 14], it must be 0.
         """
         before = multiply(self.q_parent, self.q_child)
         return float(geodesic_angle(before, multiply(self.parent_after, self.child_after)))
@@ -81,7 +81,7 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error in a frame and correct it.
+    """Detect an error in a frame, and compute its correction.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def correct_frame(
     offset_before
         offset(t−1), radians.
     own
-        Offset of a known interval to remove, radians. None to remove offset(t).
+        Offset of a known interval, radians, to remove instead of offset(t). By default, offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

@@ -1,7 +1,7 @@
 """Compute all quantities of a chain in one frame, by [Choi26 Eq. 1-13], for teaching.
 
 :func:`twistcore.skeleton.signals.twist_signals` computes the same angles for a whole clip. This
-module also returns all vectors and quaternions in between.
+module also returns all intermediate vectors and quaternions.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Decomposition:
     q
         The parent's rotation, with the sign for which q = swing ⊗ twist.
     w
-        a after the rotation q.
+        The bone axis a, rotated by q.
     n
-        Unit normal of the swing, or zeros without a swing.
+        Unit normal of the swing, or zeros if there is no swing.
     alpha
         Angle of the swing, in [0, π].
     swing, twist
@@ -58,7 +58,7 @@ class Decomposition:
     v_ideal
         v if the child had kept its azimuth [Choi26 Fig. 2].
     across, across_before
-        v⊥, the part of v perpendicular to a, in this and in the previous frame.
+        v⊥, the component of v perpendicular to a, in this and in the previous frame.
     bend
         Angle between v and a.
     dtheta_c
@@ -66,7 +66,7 @@ class Decomposition:
     azimuth_reliability
         ‖v⊥‖, which is 0 if the azimuth is undefined.
     strength
-        Strength m.
+        Strength m, which is compared with τ.
     """
 
     a: Array
@@ -106,7 +106,7 @@ class Decomposition:
 
     @property
     def n_is_defined(self) -> bool:
-        """True if a × w has a direction [Choi26 Eq. 4], which it does not have at 0° and 180°."""
+        """True if a × w has a direction [Choi26 Eq. 4]. It has none if α is 0° or 180°."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
@@ -118,7 +118,7 @@ class Decomposition:
     def dtheta_c_is_defined(self) -> bool:
         """True if v⊥ has a direction in this and in the previous frame.
 
-        In a straight limb, it has none.
+        It has none in a straight limb.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED
@@ -138,12 +138,12 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """Return the quantities of a chain in a frame.
+    """Compute all quantities of a chain in a frame.
 
     Parameters
     ----------
     motion, chain, frame
-        The frame. The increments of frame 0 are those from frame 0 as captured.
+        The frame. In frame 0, the increments are relative to frame 0 as captured.
     what_if
         The user's changes to the frame, or None.
     offset, stage
@@ -196,6 +196,6 @@ def decompose(
 
 
 def _across(v: Array, axis: Array) -> Array:
-    """Return v⊥ = v − (v·a)a, the part of v perpendicular to the axis a [Choi26 Eq. 11]."""
+    """Return v⊥ = v − (v·a)a, the component of v perpendicular to the axis a [Choi26 Eq. 11]."""
     across: Array = v - float(v @ axis) * axis
     return across

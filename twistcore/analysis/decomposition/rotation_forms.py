@@ -1,4 +1,4 @@
-"""Other forms of a rotation: twist before swing, −q, and Euler angles."""
+"""Convert a rotation to other forms: twist before swing, −q, and Euler angles."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
-# If the angle between the outer axes is smaller, they are nearly locked.
+# If the first and last axes are closer than this, a rotation is nearly in gimbal lock.
 LOCK = float(np.radians(5.0))
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the factors of q = twist ⊗ swing', each of shape (4,).
+    """Return the factors twist and swing' of q = twist ⊗ swing', each of shape (4,).
 
     The twist and the angle of the swing are the same as in q = swing ⊗ twist, but the normal of the
     swing is turned back by the twist.
@@ -68,7 +68,7 @@ def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
     q
         The rotation, shape (4,).
     near
-        Angles in radians, shape (3,). Of all solutions, the nearest is returned.
+        Angles in radians, shape (3,). Of all solutions, the one nearest to them is returned.
     """
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))

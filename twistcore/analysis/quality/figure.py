@@ -1,6 +1,7 @@
 """Measure jitter, foot slide and deviation of a whole figure without ground truth [Le26 §4.3].
 
-Positions have the shape (frames, 24, 3) and are in millimetres at 25 Hz. Joint 0 is the root.
+Positions of the 24 SMPL joints have the shape (frames, 24, 3) and are in millimetres at 25 Hz.
+Joint 0 is the root.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class FigureQuality:
     jitter
         Mean magnitude of the third difference of positions, mm per frame³.
     foot_slide
-        Frame pairs in which a foot slides, in percent. Ground contact is estimated from the motion.
+        Percentage of frame pairs in which a foot slides, as in :func:`foot_slide`. Ground contact
+        is estimated from the motion.
     """
 
     deviation: float | None
@@ -41,7 +43,7 @@ class FigureQuality:
 def quality_of_positions(places: Array, given: Array | None = None) -> FigureQuality:
     """Measure the quality of positions (frames, 24, 3) in mm.
 
-    `given` are the positions from which the deviation is measured, or None.
+    The deviation is measured from the positions `given`, if there are any.
     """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
@@ -56,8 +58,8 @@ def quality_before_and_after(
 ) -> tuple[FigureQuality, FigureQuality] | None:
     """Measure the quality before and after a correction, at 25 Hz in mm.
 
-    The result is None if the skeleton lacks any of the 24 joints. `unit` is the file's length unit
-    in metres, or None if it is unknown.
+    The result is None if the skeleton lacks any of SMPL's 24 joints. `unit` is the file's length
+    unit in metres, or None if it is unknown.
     """
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
@@ -71,7 +73,7 @@ def quality_before_and_after(
 def figure_quality(motion: Motion) -> FigureQuality | None:
     """Measure the quality of a motion, at 25 Hz in mm.
 
-    The result is None if the skeleton lacks any of the 24 joints.
+    The result is None if the skeleton lacks any of SMPL's 24 joints.
     """
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)

@@ -32,7 +32,7 @@ _JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the
 class JointQuality:
     """Quality measures of every joint in every frame.
 
-    Values are NaN where they are undefined, for example in a T-pose at the start.
+    Values are NaN where they are undefined, for example in a T-pose at the start of the clip.
 
     Attributes
     ----------
@@ -42,15 +42,15 @@ class JointQuality:
     speed
         Local angular speed since the previous frame, degrees/s, shape (frames, joints).
     excess
-        Largest change of a stored angle since the previous frame minus the joint's turn, degrees ≥
-        0, shape (frames, joints).
+        Largest change of a stored angle since the previous frame, minus the angle by which the
+        joint actually turned, degrees, at least 0, shape (frames, joints).
     flipped
         True if the quaternion changes its hemisphere from the previous frame, shape (frames,
         joints).
     slide
-        Horizontal speed of a foot's joint while it is on the ground, m/s, shape (frames, joints).
+        Horizontal speed of a foot joint while it is on the ground, m/s, shape (frames, joints).
     feet
-        Indices of the joints of the feet.
+        Indices of the foot joints.
     """
 
     jitter: Array
@@ -81,7 +81,7 @@ class JointQuality:
     def jumps(self) -> NDArray[np.int64]:
         """The number of frames in which stored angles jump but the pose does not, (joints,).
 
-        Jumps of an angle by more than 90° and changes of a quaternion's hemisphere are counted.
+        A jump is a change of an angle by more than 90°, or a change of a quaternion's hemisphere.
         """
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
@@ -89,7 +89,7 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a joint slides, (joints,). NaN outside the feet."""
+        """The percentage of frames in which each foot joint slides, (joints,). NaN for others."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]
@@ -107,13 +107,13 @@ def joint_quality(
         The clip. Jumps of the stored angles are measured in it.
     positions
         Global positions, in the file's unit, shape (frames, joints, 3). They are converted to
-        metres if the unit is known or the skeleton looks like one of CMU's. If not, the figure is
+        metres if the unit is known or the skeleton looks like a CMU skeleton. If not, the figure is
         assumed to be 1.75 m tall.
     up
         Index of the axis that points up.
     motion
-        The motion to measure, for example a tracked one with these positions. By default, the
-        clip's.
+        The motion to measure, for example a tracked motion that has these positions. By default,
+        the clip's motion.
     """
     motion = clip.motion if motion is None else motion
     frames, joints = positions.shape[:2]
@@ -145,7 +145,7 @@ def joint_accelerations(motion: Motion, positions: Array) -> Array:
     """Return the magnitude of the joints' accelerations at 25 Hz, m/s², (frames, joints).
 
     `positions` are global positions, in the motion's unit, shape (frames, joints, 3). The result is
-    NaN within 0.04 s of an end of the clip or of a T-pose at its start.
+    NaN in a T-pose at the start of the clip, and within 0.04 s of it or of the ends of the clip.
     """
     step = max(1, round(NETWORK_DT / motion.frame_time))
     out = np.full(positions.shape[:2], np.nan)

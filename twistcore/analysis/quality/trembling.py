@@ -19,9 +19,9 @@ _FEWEST = 25  # minimum number of samples, which is one second
 def jitter_if_trembling(motion: Motion) -> float | None:
     """Return the figure's jitter if it is at least TIMES the usual jitter of captures, or None.
 
-    The jitter is in mm/frame³ at 25 Hz, for a figure of 1.75 m if the length unit is unknown.
-    Motion that is fast but smooth, such as running, is not jitter: the third differences of jitter
-    change their signs from frame to frame.
+    The jitter is in mm/frame³ at 25 Hz. If the length unit is unknown, the figure is assumed to be
+    1.75 m tall. Fast but smooth motion, such as running, does not count as trembling: only in
+    jitter do the third differences change sign from frame to frame.
     """
     capture = motion.sliced(leading_frames(motion), motion.frames)
     times = sample_times(capture.frames, capture.frame_time)

@@ -29,7 +29,8 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
 ONE_JOINT = 0.25  # share of the larger turn; a joint that turns by less does not respond
-UNDONE = 4.0  # multiple of σ; an effect was removed if increment and residual differ by more
+# Multiple of σ. If increment and residual differ by more, the effect of another error was removed.
+UNDONE = 4.0
 _NEAR = 4  # number of frames on either side that show how much a joint usually turns
 _EACH = 0.5 * PRIOR  # minimum evidence of each of two edges, in nats
 
@@ -51,7 +52,7 @@ class _Edge:
     gain
         Evidence for the edge, nats.
     x, y
-        Turns of the chain's parent and child, radians.
+        Turns of the chain's parent and child beyond the predicted motion, radians.
     """
 
     table: PairTable
@@ -256,7 +257,7 @@ def _other_error(
 
 
 def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """Return the reason for a frame above τ in an edge whose sum is below τ."""
+    """Return the reason for a frame above τ in an edge whose total jump is below τ."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -306,9 +307,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """Return the reason for a clear edge without a partner that ends the error.
+    """Return the reason for a clear edge without a partner at the other end of an error.
 
-    Its partner may also belong to another interval.
+    The edge has no partner, or its best partner belongs to a different interval.
     """
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)

@@ -100,7 +100,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
     """Return the reason why no roll of a helper has an edge at a frame.
 
-    `own` is the angle by which the helper turns by itself in this frame, radians.
+    `own` is the angle by which only the helper turns in this frame, radians.
     """
     helper, driver = place.joints
     if place.strength < place.tau:
@@ -115,7 +115,7 @@ def _in_notation(
 ) -> Reason:
     """Return the reason in a coarsely written clip.
 
-    The kept frames give the reason or, if these show nothing, all frames.
+    The reason comes from the clip's distinct frames or, if these show nothing, from all frames.
     """
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
@@ -149,7 +149,8 @@ def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> li
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
     """Return the frames of the peaks above τ outside intervals and their edges.
 
-    A peak is the highest frame, or the first of them, in a run of frames that reach τ.
+    A peak is the frame with the highest strength in a run of frames at or above τ. If several
+    frames are equally high, it is the first one.
     """
     strength = found.analysis.detector(found.method).strength(name)
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
@@ -196,9 +197,10 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return the intervals of other chains with edges in [start, stop) that turn joints of `chain`.
+    """Return the intervals in other chains that turn joints of `chain` near frames [start, stop).
 
-    A soft interval is included if its offset changes there by enough to explain the strength.
+    An interval must have an edge in or next to these frames. A gradual one is also included if its
+    offset changes enough there to explain the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
@@ -215,7 +217,7 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return how much an offset changes in or next to frames [start, stop), radians."""
+    """Return how much an interval's offset changes in or next to frames [start, stop), radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 

@@ -33,7 +33,7 @@ class SoftErrors:
     chains: Sequence[Chain]
 
     def dropped(self) -> Iterator[Interval]:
-        """Yield the chain's intervals between jumps above τ that soft errors replaced."""
+        """Yield the chain's intervals between jumps above τ that a soft error replaced."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.is_replaced(i))
 
@@ -45,7 +45,7 @@ class SoftErrors:
     def better_explanation(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """Return the reason that an error explains the frames better than a dropped interval.
+        """Return the reason that a soft error explains the frames better than a dropped interval.
 
         Parameters
         ----------

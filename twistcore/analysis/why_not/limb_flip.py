@@ -80,7 +80,10 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ is not an edge of a flip, with the costs."""
+    """Return the reason why a jump above τ is not an edge of a flip.
+
+    Its numbers contain the costs of explaining the frames with and without a flip.
+    """
     left = flips.why_unexplained(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:

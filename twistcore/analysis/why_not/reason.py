@@ -96,11 +96,11 @@ class AskedFrame:
     joints
         Names of the chain's parent and child.
     frame
-        The frame, counted among the frames that were examined.
+        The frame, as an index into the frames that were examined.
     strength, tau
         Strength at the frame, and threshold τ, radians.
     fps
-        Frames per second that were examined.
+        Number of examined frames per second.
     first
         Number of the clip's first frame in sentences.
     kept
@@ -131,7 +131,7 @@ class AskedFrame:
             else f"{strength} at {here} is below τ = {tau}: {because}."
         )
         numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
-        # A body can turn as fast as this.
+        # A body can turn this fast, so nobody needs to check the frame.
         alone = why == Why.ONE_JOINT and self.strength < largest_natural_turn(self.fps)
         suspicious = past and why not in _SETTLED and not alone
         return Reason(

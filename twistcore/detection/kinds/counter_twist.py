@@ -1,6 +1,6 @@
 """Counter-twists: a parent turns about its bone, and its child turns back [Choi26].
 
-Detectors find errors of this kind.
+The detectors find these errors, so the kind has no finder function.
 """
 
 from twistcore.detection.kind import KindInfo

@@ -1,4 +1,4 @@
-"""Spikes: a joint leaves its path for a few frames and comes back. See `all_joints/`."""
+"""Spikes: a joint leaves its path for a few frames and returns to it. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

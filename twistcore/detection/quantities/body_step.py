@@ -13,7 +13,7 @@ from twistcore.skeleton.people import find_people
 
 
 def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the curve of the median turn of the joints that jump.
+    """Return the curve of the median turn per frame of the joints that jump.
 
     Its limit is the largest natural turn. The result is None if no joint jumps.
     """

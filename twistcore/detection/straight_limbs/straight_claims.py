@@ -160,7 +160,7 @@ class StraightLimb:
     def leaves(self, jumps: Jumps) -> Jumps:
         """Return the jumps that do not belong to these errors and do not contradict the bent limb.
 
-        An interval contradicts the bent limb if its correction would turn the limb away from its
+        An interval contradicts the bent limb if its correction would turn the limb away from the
         hinge. The edges of such an interval are removed.
         """
         claimed = self.claimed.copy()
@@ -177,12 +177,12 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return the errors of a chain in its straight spells that its jumps do not explain, or None.
+    """Return the errors in a chain's straight spells that the chain's jumps do not explain.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
     because it has no grandchild. An interval between jumps takes priority over an error of the
-    straight limb only if its correction brings the bent limb back to its hinge, or if it leaves
-    hardly more opposite turn of parent and child unexplained.
+    straight limb in only two cases: its correction brings the bent limb back to the hinge, or it
+    leaves hardly more opposite turn of parent and child unexplained.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Return the errors of a spell whose correction does not turn the limb away from its hinge.
+    """Return the errors of a spell that can be corrected without turning the limb off its hinge.
 
     The result is empty if intervals between jumps explain the spell. Only the segment of the spell
     is examined, because a long clip has thousands of spells.
@@ -291,7 +291,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of parent and child after the removal of intervals, in radians."""
+    """Return the increments of parent and child, in radians, after the intervals are removed."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset

@@ -46,7 +46,7 @@ def error_course(
     Parameters
     ----------
     increments
-        The twist increments x of P and y of C, radians, each with the shape (frames,).
+        The twist increments x of the parent and y of the child, radians, each of shape (frames,).
     scales
         The scales of x and y from :func:`scale_of`.
     start, stop

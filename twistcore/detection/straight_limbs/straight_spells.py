@@ -41,10 +41,10 @@ class Bend:
     Attributes
     ----------
     angle
-        The angle between C's bone and P's bone, in [0, π], shape (frames,).
+        The angle between the child's bone and the parent's bone, in [0, π], shape (frames,).
     azimuth
-        The direction of C's bone about P's bone, relative to the usual direction in the bent limb,
-        radians in (−π, π], shape (frames,); None if the joint is not a hinge.
+        The direction of the child's bone about the parent's bone, relative to the usual direction
+        in the bent limb, radians in (−π, π], shape (frames,); None if the joint is not a hinge.
     spread
         The 75 % quantile of the azimuth's magnitude in the bent limb, radians.
     """
@@ -61,10 +61,11 @@ class Bend:
     def nearer(
         self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
     ) -> bool | None:
-        """Return True if removing an offset brings C's bone closer to its hinge plane.
+        """Return True if removing an offset brings the child's bone closer to its hinge plane.
 
-        The result is None if this is unknown. Frames are weighted by the bend of the limb. In an
-        almost straight limb, a slight backward bend is natural and does not matter.
+        The result is None if the hinge plane is unknown or `where` selects no frame. Frames are
+        weighted by the bend of the limb. In an almost straight limb, a slight backward bend is
+        natural and does not matter.
 
         Parameters
         ----------
@@ -113,7 +114,7 @@ class Spell:
 
 @dataclass(frozen=True, eq=False)
 class StraightError:
-    """A twist error δ of a straight limb, from frame `start` on.
+    """A twist error δ of a straight limb, which begins in frame `start`.
 
     Attributes
     ----------
@@ -122,7 +123,7 @@ class StraightError:
     peak
         The middle frame of the clearest transition.
     turns
-        The turns of P and C in that transition, radians.
+        The turns of parent and child in that transition, radians.
     strength
         The magnitude of the change of δ in that transition, radians.
     closed
@@ -145,8 +146,8 @@ class StraightError:
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     """Return the bend of a limb.
 
-    `q_child` contains the local rotations of C, (frames, 4). `axis` and `arm` are unit vectors
-    along P's bone and C's bone, (3,) or (frames, 3).
+    `q_child` contains the local rotations of the child, (frames, 4). `axis` and `arm` are unit
+    vectors along the parent's bone and the child's bone, (3,) or (frames, 3).
     """
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
@@ -169,10 +170,10 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells in a segment [low, high) that may contain an error.
+    """Return the spells (straight frame ranges) in a segment [low, high) that may have an error.
 
-    In such a spell, P and C turn in opposite directions, and the limb is bent before or after it.
-    `increments` contains the twist increments of P and C in radians.
+    In such a spell, parent and child turn in opposite directions, and the limb is bent before or
+    after it. `increments` contains the twist increments of parent and child in radians.
     """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
@@ -185,10 +186,10 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell: runs of δ that begin or end with opposite turns of P and C.
+    """Return the errors in a spell: runs of δ that begin or end with opposite turns of the joints.
 
-    `increments` contains the twist increments of P and C, and `delta` contains δ in all frames,
-    which is 0 outside the spell. Both are in radians.
+    `increments` contains the twist increments of parent and child. `delta` contains the twist error
+    δ in all frames, which is 0 outside the spell. Both arrays are in radians.
     """
     window = window_of(fps)
     first = spell.windows(window).start
@@ -226,19 +227,19 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return the opposite turn of P and C that remains after δ is removed, in radians.
+    """Return the opposite turn of parent and child that remains after removing δ, in radians.
 
-    The result is the maximum over the windows of the spell. The pace next to each window is
-    subtracted, and the joint with the smaller scale has the greater weight.
+    The result is the maximum over the windows of the spell. The pace (mean turn per frame) next to
+    each window is subtracted, and the joint with the smaller scale has the greater weight.
 
     Parameters
     ----------
     increments
-        The twist increments of P and C, radians.
+        The twist increments of parent and child, radians.
     scales
         The scales of both increments.
     delta
-        δ in all frames, radians, shape (frames,).
+        The twist error δ in all frames, radians, shape (frames,).
     spell
         The spell.
     fps
@@ -269,9 +270,10 @@ def _joined_runs(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the turns of P and C over the windows of a spell, in radians.
+    """Return the turns of parent and child over the windows of a spell, in radians.
 
-    The pace next to a window is subtracted only if the turns are not clearly opposite without this.
+    The pace (mean turn per frame) next to a window is subtracted only if the turns are not clearly
+    opposite without this.
     """
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
