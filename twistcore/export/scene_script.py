@@ -68,7 +68,7 @@ class SceneOptions:
     fps
         The scene's frame rate, or None for the clip's.
     start
-        The scene's frame at which the clip begins, or None for the usual one of the program.
+        The scene's frame at which the clip begins, or None for the program's default.
     dry_run
         True to report changes without making them.
     """

@@ -50,7 +50,7 @@ DEMONSTRATION = (
 class Traces:
     """The internal values of the tracker at each of n steps.
 
-    After a forward and a backward pass, gains and parts are the means of both passes.
+    If there was a forward and a backward pass, gains and parts are the means of both passes.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Traces:
     gains
         κP, κD, κA, means over the three axes, shape (n, joints, 3).
     parts
-        Sizes of the proportional, derivative, bias and acceleration parts, rad/s², shape (n,
+        Magnitudes of the proportional, derivative, bias and acceleration terms, rad/s², shape (n,
         joints, 4).
     names
         The joints' names.

@@ -17,7 +17,7 @@ from twistcore.errors import TwistError
 from twistcore.files.lock import lock, lock_for_certain
 from twistcore.files.ordinary import is_there, read_file
 
-STANDARD_OUTPUT = Path("/dev/stdout")  # stands for it, even on systems without this file
+STANDARD_OUTPUT = Path("/dev/stdout")  # means standard output, even if there is no such file
 
 _PART_MARK, _PART_END = ".twist", ".part"  # end of the names of temporary files
 _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
@@ -86,7 +86,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path to which a path leads through links, even if there is no such file.
+    """Return the path to which links lead from a path, even if there is no file at the end.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, since these cannot be
@@ -123,7 +123,10 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def is_stream(path: Path) -> bool:
-    """Return True if a path can only be written into and not be replaced. Raises OSError."""
+    """Return True if data is written into a path, such as a pipe, instead of replacing its file.
+
+    Raises OSError.
+    """
     end = destination(path)
     return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 

@@ -23,9 +23,9 @@ def sha256_of(path: Path) -> str:
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, read again only if the file has changed. Raises OSError.
+    """Return the SHA-256 of a file. It is computed again only if the file has changed.
 
-    Thread-safe.
+    Thread-safe. Raises OSError.
     """
     state = _state(path)
     known = _marks.get(path)

@@ -45,7 +45,7 @@ class WideText:
 
 
 def wide_text(data: bytes) -> WideText | None:
-    """Return the text of a file in UTF-16 or UTF-32, with or without a mark, or None.
+    """Decode a file in UTF-16 or UTF-32, with or without a byte order mark.
 
     The result is None for other encodings. Raises UnicodeDecodeError if UTF-32 contains a number
     that is not a character.
@@ -54,7 +54,7 @@ def wide_text(data: bytes) -> WideText | None:
     if codec is None:
         return None
     end = len(data) - len(data) % _WIDTHS[codec]
-    # Half of a surrogate pair is kept, so that writing the text gives the same bytes.
+    # An unpaired surrogate is kept, so that writing the text gives the same bytes.
     text = data[:end].decode(codec, "surrogatepass").encode("utf-8", "surrogatepass")
     return WideText(text, codec, data[end:])
 

@@ -79,7 +79,7 @@ class AmcClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of the start and the end of every token in the file, two arrays."""
+        """Return the byte offsets of the starts and of the ends of all tokens, as two arrays."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
@@ -110,8 +110,8 @@ class AmcClip(Clip):
     ) -> Patch:
         """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
-        never has an exponent.
+        Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
+        and no exponent.
 
         Parameters
         ----------

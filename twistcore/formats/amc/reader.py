@@ -34,8 +34,8 @@ _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
     """Read an AMC file and its skeleton file.
 
-    The skeleton file is NAME.asf, or SUBJECT.asf with the part of the name before an underscore (as
-    for CMU's 05_02.amc), or the only ASF file in the folder.
+    The skeleton file has the clip's name, or the part of it before an underscore (05.asf for CMU's
+    05_02.amc). If there is no such file, the only ASF file in the folder is used.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     AmcError
-        If a file is invalid, with file, line, column and expected text. Harmless assumptions are
-        listed in `Clip.warnings` instead.
+        If a file is invalid. The error has the file, line, column and expected text. Harmless
+        assumptions are listed in `Clip.warnings` instead.
     """
     path = Path(path)
     try:
@@ -160,7 +160,7 @@ class _Rows:
         self._first: list[int] = []  # token index of each bone's first number
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """Return an error with the position of a word. `expected` is the message.
+        """Return an error with the position of a word. `expected` is its message.
 
         Lines are counted from 1, words from 0.
         """
@@ -256,7 +256,10 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a line of keywords in the header. Raises AmcError for any other line."""
+        """Read a line of keywords, split into words, in the header.
+
+        Raises AmcError for any other line.
+        """
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

@@ -102,7 +102,7 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Return the rotation matrices of bones without scale, and the scales of the three columns.
+    """Split bone matrices (…, 4, 4) into rotations (…, 3, 3) and the scales of the axes (…, 3).
 
     Raises TwistError if a bone is mirrored or has a scale of 0.
     """

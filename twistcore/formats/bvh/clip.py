@@ -61,7 +61,7 @@ class BvhClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Start and end offsets of the motion numbers in the text, two arrays, in reading order."""
+        """Return the byte offsets of the starts and the ends of all motion numbers: two arrays."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
@@ -81,8 +81,8 @@ class BvhClip(Clip):
     ) -> Patch:
         """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
-        never has an exponent.
+        Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
+        and no exponent.
 
         Parameters
         ----------

@@ -67,9 +67,9 @@ def bvh_text(motion: Motion) -> str:
     """Return a motion as the text of a BVH file, with ZXY rotations for all joints.
 
     Roots and joints with position channels have XYZ positions before the rotations. Because many
-    programs need End Sites, a joint without children and End Site gets one in the direction of its
-    bone. Angles are continuous over time, except for jumps that the range of the middle angle makes
-    necessary.
+    programs need End Sites, a joint that has neither a child nor an End Site gets one in the
+    direction of its bone. Angles are continuous over time, except for jumps that the range of the
+    middle angle makes necessary.
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0

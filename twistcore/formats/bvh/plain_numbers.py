@@ -71,9 +71,9 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the same as :func:`_points`, three times as fast, if all numbers have equal decimals.
+    """Do the work of :func:`_points` three times as fast if all numbers have equally many decimals.
 
-    If the numbers of decimals differ, the result is None.
+    If they do not, the result is None.
     """
     first = int(point.argmax())
     n = int(end[first:].argmax())

@@ -42,8 +42,8 @@ class RewrittenJoint:
     numbers
         Number of motion values that differ or were removed.
     start, stop
-        The first frame with such a value, and the frame after the last one. Both are 0 if there are
-        none.
+        The first frame with such a value, and the frame after the last one. Both are 0 if no value
+        differs.
     frames
         Number of frames with such values.
     words
@@ -218,7 +218,7 @@ def rate_times(frames: int, frame_time: float, fps: float) -> Array:
 
 
 def at_times(motion: Motion, times: Array, frame_time: float) -> Motion:
-    """Return a motion at other times, which are in frames. `frame_time` is in seconds."""
+    """Return a motion interpolated at `times`, which are in frames. `frame_time` is in seconds."""
     rotations, positions = resampled(motion.rotations, motion.positions, times)
     return Motion(motion.skeleton, rotations, motion.positioned, positions, frame_time)
 
@@ -287,7 +287,7 @@ def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:
 
 
 def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
-    """Return a text in which other bytes replace the parts [start, stop), which are in order."""
+    """Return a text in which other bytes replace the spans [start, stop), which are in order."""
     pieces, done = [], 0
     for start, stop, new in parts:
         pieces += [text[done:start], new]

@@ -82,8 +82,8 @@ class Archive:
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
         """Return the file's bytes with some arrays replaced by arrays of the same size and dtype.
 
-        Uncompressed arrays are replaced in place. If one is compressed, its length changes, so the
-        archive is packed again, with members in the same order and compressed as before.
+        Uncompressed arrays are overwritten in place. If a replaced array is compressed, its length
+        changes, so the whole archive is packed again. Members keep their order and compression.
 
         Raises NpzError if another array turns out to be damaged.
         """
@@ -267,7 +267,7 @@ def too_large(path: Path) -> NpzError:
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return the offset of each entry of the ZIP directory, and the offset of its member."""
+    """Return the offset of each entry in the ZIP directory, and the offset of the entry's data."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

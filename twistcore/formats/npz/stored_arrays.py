@@ -40,7 +40,7 @@ class Arrays(Protocol):
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with arrays replaced by others of the same size and dtype."""
+        """Return the file's bytes with arrays replaced by arrays of the same size and dtype."""
         ...
 
 
