@@ -1,4 +1,4 @@
-"""Run `twistcore clean`, which rewrites a clip in other angles, axes, units, names or rates."""
+"""Run `twistcore clean`, which rewrites a clip with other angles, axes, units, names or rates."""
 
 from __future__ import annotations
 
@@ -102,7 +102,10 @@ def _as_bvh(source: Clip) -> BvhClip:
 
 
 def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Iterator[Step]:
-    """Yield the steps for the chosen options. Notes about options without effect go into `said`."""
+    """Yield the steps for the chosen options.
+
+    Notes about options without effect are appended to `said`.
+    """
     for option, matrix in _axes(arguments, clip.motion, said):
         yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
     if arguments.channels:
@@ -143,7 +146,10 @@ def _axes(
 
 
 def _in_axes(motion: Motion, matrix: Array) -> Motion:
-    """Return the motion in other axes and units. `matrix` (3, 3) is a rotation times a scale."""
+    """Return the motion in different axes and units.
+
+    `matrix`, (3, 3), is a rotation times a scale factor.
+    """
     rotations = motion.rotations.copy()
     rotations[..., 1:] @= matrix.T / np.cbrt(np.linalg.det(matrix))
     skeleton = replace(motion.skeleton, offsets=motion.skeleton.offsets @ matrix.T)

@@ -108,7 +108,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Run the command. If its file goes to standard output, print messages on standard error."""
+    """Run the command. If its output file is standard output, print messages on standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:

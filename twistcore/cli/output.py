@@ -69,7 +69,7 @@ def is_quiet() -> bool:
 
 
 def terminal_text(text: object) -> str:
-    r"""Return a text for a terminal, with control characters escaped, such as `\x1b`."""
+    r"""Return an object's text for a terminal, with control characters escaped, such as `\x1b`."""
     return legible(text)
 
 
@@ -128,7 +128,7 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip, which prints the progress.
+    """Yield a function that prints the progress, to call with the name of each finished clip.
 
     `total` is the number of clips, and `done` is the number of clips already finished. With
     --quiet, the function prints nothing.

@@ -159,7 +159,7 @@ def _write_pages(
     pictures: bool,
     play: bool,
 ) -> list[str]:
-    """Write the pages of some clips, and return for each the reason why it is incomplete, or ''.
+    """Write the pages of some clips. Return the reason why each page is incomplete, or ''.
 
     `home` is the text of the link to the overview.
     """

@@ -1,4 +1,4 @@
-"""Collect the motion around the worst intervals, which a clip's page plays."""
+"""Collect the motion around the worst intervals, for a clip's page to play."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def applied_and(report: Report, *also: Interval) -> list[Interval]:
 def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
     """Return the worst intervals that fit into `most` bytes of a page, and the other intervals.
 
-    Rejected intervals are considered last. Frames that several intervals share are counted once.
+    Rejected intervals are considered last. Frames that are in several intervals are counted once.
     """
     motion, names = report.clip.motion, {chain.name for chain in report.chains}
     moving = _moving(motion)

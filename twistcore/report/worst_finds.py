@@ -1,4 +1,4 @@
-"""Show the worst intervals of a clip in its page, in pictures and as a figure that plays."""
+"""Prepare the pictures, the curves and the animated figure of the worst intervals of a clip."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class HelpFormatter(argparse.HelpFormatter):
 
 @dataclass(frozen=True)
 class CommandHelp:
-    """The texts in the help of one command.
+    """The parts of the help of one command.
 
     Attributes
     ----------
