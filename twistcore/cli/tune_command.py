@@ -185,7 +185,7 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return the examined minutes of a clip, the maximum over its chains."""
+    """Return how many minutes of a clip were examined: the maximum over its chains."""
     return max(curve.minutes for curve in curves.values())
 
 

@@ -54,7 +54,7 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """A scene, and the place of the clip's frames in it.
+    """The scene in which a script sets keys, and the place of the clip's frames in it.
 
     Parameters
     ----------

@@ -73,7 +73,10 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the identifier of the included networks in sessions: 16 digits of their SHA-256."""
+    """Return the identifier of the built-in networks, which sessions store.
+
+    The identifier consists of 16 digits of their SHA-256.
+    """
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 

@@ -56,7 +56,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a file to write to, which replaces the file at the path when the block ends.
+    """Yield a temporary file to write to. It replaces the file at the path when the block ends.
 
     Unlike :func:`write_atomically`, this works for data that is too large for memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were
@@ -257,7 +257,10 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _copy_permissions(part: Path, end: Path) -> None:
-    """Give a file the permissions and owner of the file that it replaces, or the usual ones."""
+    """Give a file the permissions and owner of the file that it replaces.
+
+    If it replaces no file, it gets the usual permissions.
+    """
     try:
         old = end.stat()
     except FileNotFoundError:

@@ -66,7 +66,10 @@ def wide_codec(data: bytes) -> str | None:
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return a message if a file is in UTF-16 or UTF-32, for readers that do not accept these."""
+    """Return an error message if a file is in UTF-16 or UTF-32, or None.
+
+    The message is for readers that do not accept these encodings.
+    """
     codec = wide_codec(data)
     if codec is None:
         return None

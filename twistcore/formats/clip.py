@@ -192,7 +192,7 @@ class Clip(ABC):
 
     @abstractmethod
     def read_motion(self) -> Motion:
-        """Compute the motion from the numbers of the file, without `angle_step`."""
+        """Compute the motion from the numbers of the file. Its `angle_step` is not set."""
 
     @cached_property
     def sha256(self) -> str:

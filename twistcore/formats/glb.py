@@ -17,7 +17,7 @@ from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array, continuous_signs, quaternion_from_axis_angle
 
 _FLOAT = 5126  # glTF's number for 32-bit floats
-_LARGEST = float(np.finfo(np.float32).max)  # of these floats
+_LARGEST = float(np.finfo(np.float32).max)  # the largest such float
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 _Words = dict[str, object]
 
@@ -25,8 +25,8 @@ _Words = dict[str, object]
 def write_glb(motion: Motion, path: str | Path, *, unit: float = 1.0) -> None:
     """Write a motion as a .glb file, atomically.
 
-    Joints keep their names, offsets and places in the hierarchy. They are the children of a node
-    that is named after the file and turns Z up into Y up. End Sites are left out.
+    Joints keep their names, offsets and places in the hierarchy. The root joints are children of a
+    node that is named after the file and converts Z up to Y up. End Sites are left out.
 
     Parameters
     ----------

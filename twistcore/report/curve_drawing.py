@@ -266,7 +266,10 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is, in degrees × frames, or its angle if it has no offset."""
+    """Return how bad an interval is, in degrees × frames.
+
+    If it has no offset, return its angle in degrees.
+    """
     interval = judged.interval
     if not judged.counts:
         return float(abs(np.degrees(interval.residual)))

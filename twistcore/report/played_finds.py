@@ -94,8 +94,8 @@ def played_data(
 ) -> dict[str, Any]:
     """Return the data for the page's script that plays intervals, without any names.
 
-    The data has the form of the lessons' data. `player` is the figure as in :class:`Drawn`.
-    Rotations are quaternions of 16-bit numbers, which the script scales to length 1.
+    The data has the same form as in lessons. `player` is the figure as in :class:`Drawn`. Rotations
+    are quaternions of 16-bit numbers, which the script scales to length 1.
     """
     spans = _joined([find.span for find in finds])
     pages = [

@@ -90,9 +90,9 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Return the parameters to display: those that are not empty, without the detector.
+    """Return the parameters to display, with the program version and the time of processing.
 
-    The program version and the time of processing are added.
+    Empty parameters and the detector are left out.
     """
     return {
         **{k: v for k, v in nonempty_parameters(record.parameters).items() if k != "method"},

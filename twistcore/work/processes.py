@@ -302,7 +302,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
                 pipe.close()
 
 
-# -- in the other process --------------------------------------------------------------------------
+# -- in the worker process -------------------------------------------------------------------------
 
 
 def serve(parent: int) -> None:

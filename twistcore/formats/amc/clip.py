@@ -62,7 +62,7 @@ class AmcClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """Convert the numbers to a motion."""
+        """Convert the numbers in `values` to a motion."""
         motion = motion_from_channels(
             self.skeleton, self.asf.channels, self.values, self.frame_time
         )
@@ -74,7 +74,7 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """Offset added to the translation of the root, the only joint that has a translation."""
+        """Offset added to the translation of the root, (3,), or 0 if there is none."""
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property

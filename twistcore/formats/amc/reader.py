@@ -133,7 +133,7 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning that begins with the name of the skeleton file and the line number."""
+    """Return a warning with the skeleton file's name and the line number added at the start."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
@@ -229,7 +229,7 @@ class _Rows:
         places += self._first
 
     def _store_last(self, words: list[bytes], places: list[int]) -> None:
-        """Store the last frame if it is complete."""
+        """Store the last frame if it is complete. If not, add a warning."""
         if all(self._frame):
             self._store(words, places)
             return

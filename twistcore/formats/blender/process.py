@@ -1,6 +1,6 @@
 """Open a scene in a separate Blender process, and return its bones as arrays.
 
-Blender is licensed under the GPL, so it is neither imported here nor a dependency. It is run as the
+Blender is licensed under the GPL, so it is neither imported nor a dependency. It is run as the
 program `blender`, or as a Python in which the module bpy is installed.
 """
 

@@ -15,7 +15,7 @@ from twistcore.formats.bvh import write_motion
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # turns Z up into Y up
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # rotates Z up to Y up
 _STRETCHED = 1e-3
 # Share of the height; a bone that moves farther from its rest position has position channels.
 _MOVED = 1e-5

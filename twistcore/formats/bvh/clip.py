@@ -26,7 +26,7 @@ class BvhClip(Clip):
     Parameters
     ----------
     text
-        The file's text as bytes, in UTF-8 if the file is in UTF-16 or UTF-32.
+        The file's bytes, converted to UTF-8 if the file is in UTF-16 or UTF-32.
     wide
         The encoding of a file in UTF-16 or UTF-32, or None.
     data_start
@@ -56,7 +56,7 @@ class BvhClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """Convert the numbers to a motion."""
+        """Convert the numbers in `values` to a motion."""
         return motion_from_channels(self.skeleton, self.channels, self.values, self.frame_time)
 
     @cached_property

@@ -111,7 +111,11 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines that describe a joint, without the lines of its children."""
+    """Return the lines that describe a joint, without the lines of its children.
+
+    `placed` is True if the joint has position channels, and `sites` are the offsets of its End
+    Sites.
+    """
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

@@ -85,7 +85,7 @@ def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArra
 
 
 def angles_in_order(order: str, q: Array) -> Array:
-    """Return Euler angles of q in another order, degrees, (n, 3), without avoidable jumps."""
+    """Return the Euler angles of q in the given order, degrees, (n, 3), without avoidable jumps."""
     return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
@@ -160,7 +160,7 @@ def _cheapest_path(
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
     """Add full turns so that the angles continue from `before`.
 
-    If `before` is None, they end near `after`.
+    If `before` is None, the angles end near `after`.
     """
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)

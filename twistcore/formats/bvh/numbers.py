@@ -78,7 +78,7 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # Once a large array was freed, glibc reuses memory for arrays up to its size. Without this,
+    # After a large array was freed, glibc reuses memory for arrays up to its size. Without this,
     # every block would need new pages, which takes a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))

@@ -267,7 +267,7 @@ def too_large(path: Path) -> NpzError:
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return the offset of each entry in the ZIP directory, and the offset of the entry's data."""
+    """Return the offsets of each entry in the ZIP directory and of the entry's local header."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

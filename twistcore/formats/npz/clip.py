@@ -32,7 +32,7 @@ class NpzClip(Clip):
     place
         Name of the array with the root's position, or '' if there is none.
     trans
-        That array: the root's position minus `rest`, shape (frames, 3).
+        The array `place`: the root's position minus `rest`, shape (frames, 3).
     scale
         Units of `trans` per metre.
     rest

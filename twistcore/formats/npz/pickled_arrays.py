@@ -6,9 +6,9 @@ an object that ignores all operations. Bytes are converted to arrays without num
 which trusts the sizes in the file. The offset of an array's bytes in the file is kept, so that the
 array can be replaced by one of the same size.
 
-Because a pickle may use a value many times, a few bytes can describe a structure that would fill
-any memory or take forever. Therefore the number of instructions, the depth, and the size of the
-contents without sharing are limited (:class:`LimitError`).
+Because a pickle may refer to a value many times, a few bytes can describe a structure that would
+fill any memory or take forever. Therefore, the number of instructions, the depth, and the size of
+the contents are limited (:class:`LimitError`). The size includes every use of a value.
 """
 
 from __future__ import annotations
@@ -228,7 +228,7 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}
 
     def note(self, held: Any, start: int) -> None:
-        """Store the offset of some bytes, which are in the object `held`.
+        """Store `start`, the offset in the pickle of the bytes in the object `held`.
 
         A reference to `held` is kept, so that its id() stays unique.
         """
@@ -414,8 +414,8 @@ class _Reader(pickle._Unpickler):
 def read_pickle(data: bytes) -> Any:
     """Return the dicts, lists, strings, numbers and arrays of a pickle or joblib file.
 
-    Tuples and arrays of objects become lists, an array without axes becomes its object, and any
-    other object becomes :class:`Unreadable`.
+    Tuples and arrays of objects become lists. An array of objects without axes becomes its only
+    object, and an object of any other class becomes :class:`Unreadable`.
 
     Raises ValueError if the pickle is incomplete, and LimitError if it exceeds a limit.
     """
@@ -442,7 +442,8 @@ def _plain(found: Any, most: int) -> Any:
     """Return the contents with placeholders replaced by arrays, and tuples by lists.
 
     Raises LimitError if the contents are nested too deeply, or if the sum of their items and array
-    bytes would exceed `most` without sharing, as in a list that contains itself.
+    bytes exceeds `most`. The sum includes every use of a value, so a list that contains itself is
+    too large.
     """
     # Keyed by id(), with the old object so that its id() stays in use.
     known: dict[int, tuple[Any, Any, int]] = {}
