@@ -86,7 +86,8 @@ class _EndedError(KeyboardInterrupt):
 def _ended_by_signals() -> Iterator[None]:
     """Raise _EndedError on SIGTERM and SIGHUP, so that files are cleaned up.
 
-    A signal that already has a handler is left alone. A second signal ends the process immediately.
+    A signal that already has a handler is not affected. A second signal ends the process
+    immediately.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

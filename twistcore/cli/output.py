@@ -100,13 +100,13 @@ def progress(text: str) -> None:
 
 
 def note(text: object) -> None:
-    """Print a note on standard error, unless --quiet is given or the note is known."""
+    """Print a note on standard error, unless --quiet is given or the voice lists it as known."""
     if _is_new(text) and not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
 def problem(text: object) -> None:
-    """Print a problem on standard error, unless it is known."""
+    """Print a problem on standard error, unless the voice lists it as known."""
     if _is_new(text):
         _line(text, sys.stderr, _RED)
 

@@ -153,7 +153,10 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the code of a list with one line for each interval, which the script prints."""
+    """Return Python code that assigns a list of lines, one per interval, which the script prints.
+
+    `unseen` are the names of the joints that are corrected in every frame.
+    """
     lines = []
     for judged in intervals:
         i = judged.interval

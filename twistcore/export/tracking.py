@@ -86,7 +86,10 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """Return True if the networks support this skeleton and its unit of length is known."""
+    """Return True if the built-in networks can track a motion.
+
+    They need a supported skeleton, a known unit of length, and a position of the root.
+    """
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -183,10 +186,10 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return the gains and the parts of one pass, and a mask (0 or 1) of the rows with a step.
+    """Return the gains and terms of one pass, as in Traces, and a mask of the rows with a step.
 
-    The first row of a pass has no step, and its gains and parts are 0. `shown` are the indices of
-    the joints.
+    The mask contains 0 and 1. The first row of a pass has no step, and its gains and terms are 0.
+    `shown` are the indices of the joints.
     """
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))

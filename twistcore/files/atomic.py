@@ -123,7 +123,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def is_stream(path: Path) -> bool:
-    """Return True if data is written into a path, such as a pipe, instead of replacing its file.
+    """Return True if a path leads to a stream or device, which is written to directly.
 
     Raises OSError.
     """

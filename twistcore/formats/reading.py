@@ -85,7 +85,7 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     ------
     TwistError
         If the file is invalid or cannot be read without a guess that would move a joint. Each
-        format has a subclass, which has the line if it is known.
+        format has a subclass, with the line number if it is known.
 
     See Also
     --------

@@ -55,7 +55,7 @@ def folder_page(
     numbers
         The sums over all clips.
     broken
-        The broken rules.
+        The rules of `--fail-if` that the batch has broken.
     """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))

@@ -84,7 +84,7 @@ def write_folder_report(
     most_pages
         The maximum number of clips with a page. The worst clips are chosen.
     broken
-        The broken rules.
+        The rules of `--fail-if` that the batch has broken.
     records
         Records to use instead of those in the folder's manifest.
     changed

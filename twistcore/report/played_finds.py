@@ -59,7 +59,7 @@ def pictured_frame(interval: Interval) -> int:
 
 
 def applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals of a report and the intervals in `also`, without repetitions."""
+    """Return the applied intervals of a report and the intervals in `also`, without duplicates."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
@@ -159,7 +159,7 @@ def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Return the spans sorted, with touching and overlapping spans joined."""
+    """Return the spans sorted, with adjacent and overlapping spans merged."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

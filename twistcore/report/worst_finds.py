@@ -47,7 +47,7 @@ def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
 
 
 def draw_pictures(report: Report, play: bool = False) -> Drawn:
-    """Draw the pictures for a clip's page and, if `play` is True, prepare the figure that plays."""
+    """Draw the pictures for a clip's page and, if `play` is True, prepare the animated figure."""
     figure = figure_of_worst(report, play)
     return draw_figures([figure])[0] if figure else Drawn()
 

@@ -164,7 +164,7 @@ def each(
     apart: bool = False,
     seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
-    """Yield each name with `work(name)`, or with the exception that it raised, as it is completed.
+    """Yield each name with the result of `work(name)`, or with its exception, when it is completed.
 
     A process that died is replaced, and its name is tried again once. Names are read as needed:
     each worker is at most two names ahead of the caller. The processes end with the iterator,
@@ -179,7 +179,7 @@ def each(
     workers
         Number of processes. A single worker runs in this process unless `apart` is True.
     apart
-        True to use separate processes always.
+        True to always use separate processes.
     seconds
         A function that returns the limit of processor time for a name in a separate process.
     """

@@ -79,7 +79,7 @@ class AmcClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the byte offsets of the starts and of the ends of all tokens, as two arrays."""
+        """Return two arrays: the byte offsets of the starts and of the ends of all tokens."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:

@@ -256,7 +256,7 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a line of keywords, split into words, in the header.
+        """Read a line of keywords in the header. `own` are the words of the line.
 
         Raises AmcError for any other line.
         """

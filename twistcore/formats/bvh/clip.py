@@ -61,7 +61,7 @@ class BvhClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the byte offsets of the starts and the ends of all motion numbers: two arrays."""
+        """Return two arrays: the byte offsets of the starts and the ends of all motion numbers."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:

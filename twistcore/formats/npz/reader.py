@@ -285,7 +285,7 @@ def _repeated(
     names: tuple[str, ...],
     warnings: list[str],
 ) -> tuple[PosePart, ...]:
-    """Return the arrays whose numbers are equal to numbers of the poses in every bit."""
+    """Return the arrays that repeat numbers of the poses exactly, bit by bit."""
     found = []
     parts = {part.name for part in layout.parts}
     those = repr(POSES) if POSES in parts else "the array of poses"
