@@ -1,4 +1,4 @@
-"""Run `twistcore clean`, which rewrites a clip with other angles, axes, units, names or rates."""
+"""Run `twistcore clean`, which changes the angles, axes, units, names or frame rate of a clip."""
 
 from __future__ import annotations
 
@@ -135,7 +135,10 @@ def _same(motion: Motion) -> Motion:
 def _axes(
     arguments: argparse.Namespace, motion: Motion, said: list[str]
 ) -> Iterator[tuple[str, Array]]:
-    """Yield an option and its matrix (3, 3) for each of `--up` and `--scale` that is needed."""
+    """Yield the name and the matrix, (3, 3), of each option of `--up` and `--scale` with an effect.
+
+    A note about an option without effect is appended to `said`.
+    """
     if up := arguments.up:
         if up_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T

@@ -87,7 +87,7 @@ def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds in the order in which they are listed."""
+    """Return kinds of errors in the order in which the program lists them."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

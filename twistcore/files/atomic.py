@@ -86,7 +86,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path to which links lead from a path, even if there is no file at the end.
+    """Follow links from a path, and return the path at their end, which need not exist.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, since these cannot be
@@ -230,7 +230,10 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove a file left by a killed program, unless it is a link, another user's, or in use."""
+    """Remove a file left by a killed program.
+
+    A link, a file of a different user and a file in use are kept.
+    """
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):

@@ -72,7 +72,7 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
 
 
 def toml_string(text: str) -> str:
-    """Return a text as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
+    """Return a string as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
     return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

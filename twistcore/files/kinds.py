@@ -113,7 +113,7 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """Recognise a ZIP archive or an .npz by the name of its first member, which is at byte 30."""
+    """Recognise a ZIP archive or .npz file by the name of its first member, which is at byte 30."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]

@@ -40,7 +40,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text with the file's codec."""
+        """Convert a changed text in UTF-8 to the file's encoding."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 

@@ -39,7 +39,7 @@ def same_format(one: str | Path, other: str | Path) -> bool:
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a file by its suffix, or BVH if the suffix is unknown."""
+    """Return the file format given by the suffix, or BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 

@@ -80,7 +80,7 @@ def folder_page(
 
 
 def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page with only the manifest's data. `why` says why the rest is missing."""
+    """Return a clip's page with only the manifest's data. `why` is the reason for this."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",

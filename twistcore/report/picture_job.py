@@ -247,7 +247,7 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
 def read_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
     """Return the picture size (width, height) and the figures that :func:`write_job` wrote.
 
-    Raises ValueError if the files have another schema.
+    Raises ValueError if the files have a different schema.
     """
     document = json.loads((folder / _JOB).read_bytes())
     if document["schema"] != SCHEMA:

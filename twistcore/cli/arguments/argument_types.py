@@ -29,7 +29,7 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # accepted frames per second
 class Parser(argparse.ArgumentParser):
     """An argument parser that reports an error in one line and refers to --help.
 
-    `late` is a function that is called before the help is printed, to add texts that load slowly.
+    `late` is called before the help is printed, to add the parts that are slow to create.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """Return the help, including the texts that load slowly."""
+        """Return the help, including the parts that are slow to create."""
         if self.late is not None:
             self.late(self)
         return super().format_help()

@@ -1,4 +1,4 @@
-"""Read single arrays of an .npz file, and replace arrays in the file's bytes."""
+"""Read individual arrays of an .npz file, and replace arrays in the file's bytes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened, on one line."""
+        """Return the names of the arrays as one short line for a message."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
@@ -171,7 +171,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for a message, shortened, on one line."""
+    """Return names as one short line for a message."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])

@@ -148,7 +148,7 @@ def _as_key(key: Any) -> Any:
 
 
 def _check_arguments(arguments: list[Any]) -> None:
-    """Raise UnpicklingError if a call has long arguments, because they would be copied."""
+    """Raise UnpicklingError if a call has too many arguments, because they would be copied."""
     if any(len(one) > _ARGUMENTS for one in arguments):
         raise pickle.UnpicklingError("a call has too many arguments")
 

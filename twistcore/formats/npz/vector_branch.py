@@ -52,9 +52,10 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path with the lowest sum of steps and costs.
+    """Return the index of the choice in each frame on the path with the lowest total cost.
 
-    The path is found with the Viterbi algorithm.
+    The total is the sum of the steps between frames and of `cost`. The path is found with the
+    Viterbi algorithm.
 
     Parameters
     ----------

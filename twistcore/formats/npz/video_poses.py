@@ -110,7 +110,7 @@ class VideoPoses:
 
     @property
     def path(self) -> Path:
-        """The file, for messages."""
+        """Path of the file, for use in messages."""
         return self.archive.path
 
     def __contains__(self, name: object) -> bool:
