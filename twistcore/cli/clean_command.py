@@ -135,7 +135,7 @@ def _same(motion: Motion) -> Motion:
 def _axes(
     arguments: argparse.Namespace, motion: Motion, said: list[str]
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the name and the matrix, (3, 3), of each option of `--up` and `--scale` with an effect.
+    """Yield an option's name and matrix, (3, 3), for `--up` and `--scale` if they have an effect.
 
     A note about an option without effect is appended to `said`.
     """

@@ -56,7 +56,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a temporary file to write to. It replaces the file at the path when the block ends.
+    """Yield a file to write to. It replaces the file at the path when the block ends.
 
     Unlike :func:`write_atomically`, this works for data that is too large for memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were

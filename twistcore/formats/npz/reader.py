@@ -53,8 +53,8 @@ def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     NpzError
-        If the file is damaged or does not contain poses. Missing values are not an error. They are
-        assumed, and listed in `Clip.warnings`.
+        If the file is damaged or does not contain poses. Missing values, such as the frame rate,
+        are not an error. Values that were assumed are listed in `Clip.warnings`.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
