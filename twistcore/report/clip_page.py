@@ -163,7 +163,7 @@ def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
 
 
 def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
-    """Return the verdict on an interval in the corrected clip, or 'new' if there is no earlier one."""
+    """Return the review's verdict on an error found in the corrected clip, or 'new' if none."""
     name = entry.get("limb") or entry["chain"]
     same = [
         j
