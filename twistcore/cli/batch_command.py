@@ -184,7 +184,10 @@ def _reported(
     broken: Sequence[Any],
     pages: Collection[str] | None,
 ) -> bool:
-    """Write the report on the whole folder. Return True if there are problems."""
+    """Write the report on the whole batch folder. Return True if there are problems.
+
+    The parameters are those of :func:`_written`.
+    """
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     more = {"broken": broken, "counter": counter, "changed": pages}

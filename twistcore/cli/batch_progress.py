@@ -59,5 +59,5 @@ class Progress:
 
 
 def begin(plan: Plan) -> Callable[[Source, bool], None]:
-    """Start to show the progress of a plan. Returns a function to call for each finished clip."""
+    """Show the progress of a plan, and return a function to call for each finished clip."""
     return Progress(plan).tell

@@ -73,7 +73,7 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols without repetitions. 'P0-all' is another name of 'P0'.
+    """Return the names of the protocols without duplicates. 'P0-all' is another name of 'P0'.
 
     Raises TwistError for an unknown protocol.
     """

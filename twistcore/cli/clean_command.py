@@ -1,4 +1,4 @@
-"""Run `twistcore clean`, which rewrites a clip in other angles, axes, units, names or rates."""
+"""Run `twistcore clean`, which changes the angles, axes, units, names or frame rate of a clip."""
 
 from __future__ import annotations
 
@@ -102,7 +102,10 @@ def _as_bvh(source: Clip) -> BvhClip:
 
 
 def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Iterator[Step]:
-    """Yield the steps for the chosen options. Notes about options without effect go into `said`."""
+    """Yield the steps for the chosen options.
+
+    Notes about options without effect are appended to `said`.
+    """
     for option, matrix in _axes(arguments, clip.motion, said):
         yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
     if arguments.channels:
@@ -132,7 +135,10 @@ def _same(motion: Motion) -> Motion:
 def _axes(
     arguments: argparse.Namespace, motion: Motion, said: list[str]
 ) -> Iterator[tuple[str, Array]]:
-    """Yield an option and its matrix (3, 3) for each of `--up` and `--scale` that is needed."""
+    """Yield an option's name and matrix, (3, 3), for `--up` and `--scale` if they have an effect.
+
+    A note about an option without effect is appended to `said`.
+    """
     if up := arguments.up:
         if up_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
@@ -143,7 +149,10 @@ def _axes(
 
 
 def _in_axes(motion: Motion, matrix: Array) -> Motion:
-    """Return the motion in other axes and units. `matrix` (3, 3) is a rotation times a scale."""
+    """Return the motion in different axes and units.
+
+    `matrix`, (3, 3), is a rotation times a scale factor.
+    """
     rotations = motion.rotations.copy()
     rotations[..., 1:] @= matrix.T / np.cbrt(np.linalg.det(matrix))
     skeleton = replace(motion.skeleton, offsets=motion.skeleton.offsets @ matrix.T)

@@ -68,8 +68,8 @@ def run_on_clips(
 ) -> tuple[list[Found], list[tuple[str, str]]]:
     """Return the results of `work` for all clips, and the names and errors of failed clips.
 
-    The error of a single clip is raised instead. Raises TwistError if standard input is given
-    twice.
+    If there is only one clip, its error is raised instead. Raises TwistError if standard input is
+    given twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
         raise TwistError("- (standard input) can be given only once")

@@ -86,7 +86,8 @@ class _EndedError(KeyboardInterrupt):
 def _ended_by_signals() -> Iterator[None]:
     """Raise _EndedError on SIGTERM and SIGHUP, so that files are cleaned up.
 
-    A signal that already has a handler is left alone. A second signal ends the process immediately.
+    A signal that already has a handler is not affected. A second signal ends the process
+    immediately.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -108,7 +109,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Run the command. If its file goes to standard output, print messages on standard error."""
+    """Run the command. If its output file is standard output, print messages on standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:

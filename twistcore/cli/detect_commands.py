@@ -95,7 +95,8 @@ class _Info:
     notes
         Sentences for the text output.
     not_examined
-        A sentence with the reason why nothing in the clip can be examined, or an empty tuple.
+        A tuple with the reason, as a sentence, if nothing in the clip can be examined, or an empty
+        tuple.
     """
 
     document: Document
@@ -372,7 +373,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 
 def _explain_peaks(found: Detection) -> None:
-    """Print the peaks above τ that are outside all intervals, with reasons, for each chain."""
+    """For each chain, print the peaks above τ without an interval, and the reasons."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:

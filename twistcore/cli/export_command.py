@@ -17,7 +17,7 @@ _PROGRAMS = {"blender": "Blender", "maya": "Maya", "motionbuilder": "MotionBuild
 
 
 def export_command(arguments: argparse.Namespace) -> int:
-    """Write the script and return the exit code, 1 if it leaves out a tracked position."""
+    """Write the script and return the exit code, which is 1 if a tracked position is left out."""
     session = read_session(arguments.session)
     clip = read_clip(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])

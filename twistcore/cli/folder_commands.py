@@ -106,7 +106,7 @@ def diff_folders(arguments: argparse.Namespace) -> int:
         _tell_difference(found, arguments.a, arguments.b)
     return tell_problems(
         list(found.failed.values()), 1
-    )  # 1, because folders without a common clip are no failure
+    )  # 1, because it is not a failure if no clip is in both folders
 
 
 def _folders(*paths: Path) -> tuple[Path, ...]:

@@ -16,7 +16,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences about channels that change by more than 180° in a frame, at most 11."""
+    """Return at most 11 sentences about channels that change by more than 180° in a frame."""
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -41,7 +41,7 @@ def note_sentences(
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """Return a sentence, in a tuple, if nothing in a clip could be examined, or an empty tuple."""
+    """Return a tuple with a sentence if nothing in a clip could be examined, or an empty tuple."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
@@ -78,7 +78,7 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
 
 
 def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
-    """Return text such as ', 6 lone jumps, 1 noise burst', or '' without uncorrectable intervals.
+    """Return text such as ', 6 lone jumps, 1 noise burst', or '' if all can be corrected.
 
     `mark` is a word to add after each kind.
     """
@@ -87,7 +87,7 @@ def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds in the order in which they are listed."""
+    """Return kinds of errors in the order in which the program lists them."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

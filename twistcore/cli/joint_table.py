@@ -56,7 +56,7 @@ def _kind(name: JointName) -> str:
 
 
 def _why(name: JointName, taken: str, *, shape: bool) -> str:
-    """Return a few words about the reason for which a joint was recognised.
+    """Return a phrase with the reason why a joint was recognised.
 
     `taken` is the recognised bone, or ''. `shape` is True if the joint was recognised by its shape.
     """

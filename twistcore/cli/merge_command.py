@@ -1,4 +1,4 @@
-"""The command `twistcore merge`, which merges several batch folders into one folder."""
+"""Run `twistcore merge`, which merges several batch folders into one folder."""
 
 from __future__ import annotations
 

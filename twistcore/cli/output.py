@@ -69,7 +69,7 @@ def is_quiet() -> bool:
 
 
 def terminal_text(text: object) -> str:
-    r"""Return a text for a terminal, with control characters escaped, such as `\x1b`."""
+    r"""Return an object's text for a terminal, with control characters escaped, such as `\x1b`."""
     return legible(text)
 
 
@@ -100,13 +100,13 @@ def progress(text: str) -> None:
 
 
 def note(text: object) -> None:
-    """Print a note on standard error, unless --quiet is given or the note is known."""
+    """Print a note on standard error, unless --quiet is given or the voice lists it as known."""
     if _is_new(text) and not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
 def problem(text: object) -> None:
-    """Print a problem on standard error, unless it is known."""
+    """Print a problem on standard error, unless the voice lists it as known."""
     if _is_new(text):
         _line(text, sys.stderr, _RED)
 
@@ -128,7 +128,7 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip, which prints the progress.
+    """Yield a function that prints the progress, to call with the name of each finished clip.
 
     `total` is the number of clips, and `done` is the number of clips already finished. With
     --quiet, the function prints nothing.

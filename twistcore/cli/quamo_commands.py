@@ -136,7 +136,8 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
 def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) -> None:
     """Print jitter, foot slide and deviation if the figure has the joints to measure them.
 
-    `given` is the part of `motion` from frame `first` on. `unit` is the length of a unit in metres.
+    `motion` and `made` are the motion before and after processing. Frames before `first` are
+    ignored. `unit` is the length of a unit in metres.
     """
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
@@ -175,7 +176,10 @@ def _options_of_tracker(arguments: argparse.Namespace) -> list[str]:
 
 
 def _method(arguments: argparse.Namespace) -> str:
-    """Return the chosen method. The default is the spline, or the tracker if it has options."""
+    """Return the chosen method.
+
+    The default is the spline, or the tracker if one of its options is given.
+    """
     chosen: str | None = arguments.method
     return chosen or ("quamo" if _options_of_tracker(arguments) else "spline")
 

@@ -27,7 +27,7 @@ def cuts_as_text(motion: Motion, first: int) -> str:
 
 
 def how_words(causal: bool, gains: Gains | None) -> str:
-    """Return a few words about the direction and the gains of the tracker."""
+    """Return a short description of the tracker's direction and gains."""
     how = f"tracked {'causally' if causal else 'both ways'} with "
     if gains is None:
         return how + "learned gains"

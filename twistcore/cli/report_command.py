@@ -18,7 +18,7 @@ from twistcore.review import read_session
 
 
 def report_command(arguments: argparse.Namespace) -> int:
-    """Write the report and return the exit code, 1 if a clip can no longer be read."""
+    """Write the report and return the exit code, which is 1 if a clip can no longer be read."""
     if is_there(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output} is a file; choose a folder for the report")
     if arguments.what.is_dir():

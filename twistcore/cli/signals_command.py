@@ -92,7 +92,7 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
-    """Return the columns of each chain, keyed by chain name and column name, each (frames,).
+    """Return the signals of each chain, keyed by chain name and column name, each (frames,).
 
     With a `method`, the strength that this detector compares with τ is added.
     """

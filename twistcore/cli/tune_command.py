@@ -185,14 +185,15 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return the examined minutes of a clip, the maximum over its chains."""
+    """Return how many minutes of a clip were examined: the maximum over its chains."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield a table of τ and its cost for one detector, with the confidence limits of the FSR.
+    """Yield a table with τ and its cost, chain by chain, for one detector.
 
-    `wanted` is the price of a false alarm and the smallest error to find.
+    The cost includes the FSR, the share of injected error frames that are repaired, with its
+    confidence limits. `wanted` is the price of a false alarm and the smallest error to find.
     """
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(

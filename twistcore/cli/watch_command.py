@@ -138,9 +138,9 @@ class _Watch:
         return ended
 
     def _tell(self, error: TwistError, later: int) -> None:
-        """Print an error once, or raise it if nothing has worked yet or this is the only round.
+        """Print an error once. Raise it if nothing has worked yet or if this is the only round.
 
-        `later` is the number of earlier successful looks or rounds.
+        `later` is the number of earlier looks or rounds that worked.
         """
         if self.arguments.once or not later:
             raise error

@@ -37,7 +37,7 @@ class JointDifference:
 
 @dataclass(frozen=True)
 class JointMove:
-    """The change of a joint's position.
+    """The change of a joint's position between two motions.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Recognise the corrected clips that this program has written next to the original clips.
 
-This module examines every clip in a folder, also in programs that do not load numpy. So it looks at
-file names as far as possible, and opens few files.
+This module examines every clip in a folder, also in programs that do not load numpy. It therefore
+mostly uses file names, and opens few files.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from pathlib import Path, PurePath
 from twistcore.files.kinds import PICKLE, kind_of
 from twistcore.files.wide_text import narrow_head
 
-EXPORT_MARK = "_refined"  # added to the name of a corrected clip by default
-REPLAY_SUFFIX = ".replay.json"  # of a session that repeats an export
+EXPORT_MARK = "_refined"  # by default, the end of a corrected clip's stem
+REPLAY_SUFFIX = ".replay.json"  # suffix of a session that repeats an export
 _REPORT_SUFFIX = ".report.json"
 _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
 _HEAD = 200_000  # bytes to read from the start of a clip, more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Return the clips that this program exported, with the file name of the source of each.
+    """Return the clips that this program exported, each with the file name of its source.
 
-    The source is named in the session that replays the clip, or in the clip's report. Without
-    either, a clip with the default name of an export is an export if it equals the source up to the
-    motion. A clip is no export if its source is not among the clips in its folder.
+    The source is named in the session that replays the clip, or in the clip's report. A clip that
+    has neither of these is an export if it has an export's default name and equals its source up to
+    the motion data. A clip whose source is not in the same folder is not an export.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -43,7 +43,7 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips in the same order without exports (see :func:`exports_among`)."""
+    """Return the clips that are not exports, in the same order (see :func:`exports_among`)."""
     paths = list(clips)
     exported = exports_among(paths)
     return [path for path in paths if path not in exported]

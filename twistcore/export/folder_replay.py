@@ -206,7 +206,8 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     Raises
     ------
     TwistError
-        If another file with this name exists, or as in :func:`twistcore.export.replay.replayed`.
+        If a different file with this name exists. Other errors are those of
+        :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)
@@ -242,7 +243,7 @@ def read_written(output: Path) -> dict[str, str]:
     lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(FormatError):  # after an incomplete line, the file counts as not ours
+        with suppress(FormatError):  # skip an incomplete line
             entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")

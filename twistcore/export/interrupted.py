@@ -1,4 +1,4 @@
-"""Mark an export while it is being written, so that an interrupted export is recognised.
+"""Create a marker file during an export, so that an interrupted export is recognised.
 
 An export writes the clip before its session and report. If the program is killed in between, the
 session of an earlier export remains next to the new clip.
@@ -18,15 +18,16 @@ from twistcore.files.encoding import json_bytes
 from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_file
 
-_EXPORT = ".export"  # end of a mark's name
-_MOST = 10_000  # maximum size of a mark in bytes
+_EXPORT = ".export"  # end of a marker file's name
+_MOST = 10_000  # maximum size of a marker file in bytes
 
 
 @contextmanager
 def marked_export(session: Path, clip: Path) -> Iterator[None]:
-    """Keep a mark next to the session of an export while the export is being written.
+    """Create a marker file next to the session of an export, and remove it after the export.
 
-    If no mark can be written, no error is raised, since the export itself reports the reason.
+    No error is raised if the marker file cannot be created, since the export itself reports the
+    reason.
     """
     handle, mark = -1, None
     with suppress(OSError):
@@ -41,7 +42,10 @@ def marked_export(session: Path, clip: Path) -> Iterator[None]:
 
 
 def was_interrupted(session: Path) -> bool:
-    """Return True if the last export that wrote, or should have written, a session was killed."""
+    """Return True if the last export with this session was killed.
+
+    The session may be missing or older than the exported clip.
+    """
     mark = part_name(session, _EXPORT)
     return is_file(mark) and not is_held(mark)
 

@@ -36,9 +36,10 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
 
 def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
-    """Return the names of the recognised joints in the naming 'cmu' or 'smpl', keyed by old name.
+    """Return the recognised joints' names in the scheme 'cmu' or 'smpl', keyed by old name.
 
-    Joints are recognised by the names of either naming, and arms and legs by any known words.
+    Joints are recognised by the names of either scheme. Arms and legs are also recognised by any
+    other known name.
     """
     names = {"cmu": CMU_NAMES, "smpl": SMPL_NAMES}[naming]
     found = dict[str, str]()

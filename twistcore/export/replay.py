@@ -77,7 +77,7 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about intervals that cannot be corrected, and about joints that move along.
+    """Return sentences about intervals that cannot be corrected and about joints that also move.
 
     Returns
     -------

@@ -41,7 +41,7 @@ class Reference:
         The global positions, shape (joints, 3), in the file's length unit.
     joints
         The global rotations of the parent (the identity for a root) and of the joint itself, as
-        quaternions (w, x, y, z). The key is the joint's index. Joints that are corrected in this
+        quaternions (w, x, y, z), keyed by the joint's index. Joints that are corrected in this
         frame or have no keys are not listed.
     """
 
@@ -76,9 +76,10 @@ class SceneKeys:
 
 
 def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
-    """Return the differing local rotations as keys, with up to five reference frames per joint.
+    """Return the corrected rotations as keys, with up to five reference frames per joint.
 
-    Raises TwistError if no rotation differs.
+    A rotation is corrected in the frames in which it differs between the two motions. Raises
+    TwistError if no rotation differs.
     """
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -134,7 +135,7 @@ def _chosen(
 
 
 def _spread(free: NDArray[np.bool_]) -> list[int]:
-    """Return up to five frames of a mask, far apart from each other."""
+    """Return up to five frames in which a mask is True, far apart from each other."""
     at = np.flatnonzero(free)
     picked = np.linspace(0, len(at) - 1, min(len(at), MOST_REFERENCES)).round().astype(int)
     return sorted(set(at[picked].tolist()))

@@ -54,7 +54,7 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """A scene, and the place of the clip's frames in it.
+    """The scene in which a script sets keys, and the place of the clip's frames in it.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class SceneOptions:
     fps
         The scene's frame rate, or None for the clip's.
     start
-        The scene's frame at which the clip begins, or None for the usual one of the program.
+        The scene's frame at which the clip begins, or None for the program's default.
     dry_run
         True to report changes without making them.
     """
@@ -153,7 +153,10 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the code of a list with one line for each interval, which the script prints."""
+    """Return Python code that assigns a list of lines, one per interval, which the script prints.
+
+    `unseen` are the names of the joints that are corrected in every frame.
+    """
     lines = []
     for judged in intervals:
         i = judged.interval

@@ -17,10 +17,10 @@ from twistcore.skeleton.motion import Motion
 
 
 def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -> Tracking | None:
-    """Return the settings that smooth a noise burst as well as the bursts that are already known.
+    """Return settings that smooth the noise bursts in an interval and the bursts in `known`.
 
     All joints with noise in the interval's frames are smoothed, each only in the frames of its
-    burst. The result is None if there is no noise.
+    burst. The result is None if the interval has no noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
     able = set(chosen_joints(motion.skeleton, None).tolist())
@@ -56,7 +56,7 @@ def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Trackin
     """Return the motion smoothed by the spline.
 
     `joints` are the indices of the joints, which are ignored if the settings list bursts. The
-    result has no steps of a tracker.
+    result contains no tracker steps.
     """
     first = leading_frames(motion)
     if tracking.bursts:

@@ -50,7 +50,7 @@ DEMONSTRATION = (
 class Traces:
     """The internal values of the tracker at each of n steps.
 
-    After a forward and a backward pass, gains and parts are the means of both passes.
+    If there was a forward and a backward pass, gains and parts are the means of both passes.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Traces:
     gains
         κP, κD, κA, means over the three axes, shape (n, joints, 3).
     parts
-        Sizes of the proportional, derivative, bias and acceleration parts, rad/s², shape (n,
+        Magnitudes of the proportional, derivative, bias and acceleration terms, rad/s², shape (n,
         joints, 4).
     names
         The joints' names.
@@ -73,7 +73,10 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the identifier of the included networks in sessions: 16 digits of their SHA-256."""
+    """Return the identifier of the built-in networks, which sessions store.
+
+    The identifier consists of 16 digits of their SHA-256.
+    """
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -83,7 +86,10 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """Return True if the networks support this skeleton and its unit of length is known."""
+    """Return True if the built-in networks can track a motion.
+
+    They need a supported skeleton, a known unit of length, and a position of the root.
+    """
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -180,10 +186,10 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return the gains and the parts of one pass, and a mask (0 or 1) of the rows with a step.
+    """Return the gains and terms of one pass, as in Traces, and a mask of the rows with a step.
 
-    The first row of a pass has no step, and its gains and parts are 0. `shown` are the indices of
-    the joints.
+    The mask contains 0 and 1. The first row of a pass has no step, and its gains and terms are 0.
+    `shown` are the indices of the joints.
     """
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))

@@ -17,7 +17,7 @@ from twistcore.errors import TwistError
 from twistcore.files.lock import lock, lock_for_certain
 from twistcore.files.ordinary import is_there, read_file
 
-STANDARD_OUTPUT = Path("/dev/stdout")  # stands for it, even on systems without this file
+STANDARD_OUTPUT = Path("/dev/stdout")  # means standard output, even if there is no such file
 
 _PART_MARK, _PART_END = ".twist", ".part"  # end of the names of temporary files
 _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
@@ -56,7 +56,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a file to write to, which replaces the file at the path when the block ends.
+    """Yield a file to write to. It replaces the file at the path when the block ends.
 
     Unlike :func:`write_atomically`, this works for data that is too large for memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were
@@ -86,7 +86,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path to which a path leads through links, even if there is no such file.
+    """Follow links from a path, and return the path at their end, which need not exist.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, since these cannot be
@@ -123,7 +123,10 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def is_stream(path: Path) -> bool:
-    """Return True if a path can only be written into and not be replaced. Raises OSError."""
+    """Return True if a path leads to a stream or device, which is written to directly.
+
+    Raises OSError.
+    """
     end = destination(path)
     return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 
@@ -227,7 +230,10 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove a file left by a killed program, unless it is a link, another user's, or in use."""
+    """Remove a file left by a killed program.
+
+    A link, a file of a different user and a file in use are kept.
+    """
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -254,7 +260,10 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _copy_permissions(part: Path, end: Path) -> None:
-    """Give a file the permissions and owner of the file that it replaces, or the usual ones."""
+    """Give a file the permissions and owner of the file that it replaces.
+
+    If it replaces no file, it gets the usual permissions.
+    """
     try:
         old = end.stat()
     except FileNotFoundError:

@@ -1,10 +1,10 @@
 """Convert text, JSON and CSV to bytes, even if it contains names that are not valid UTF-8.
 
-Names of joints in a BVH, and paths, may contain bytes that are not UTF-8, since older programs
+Joint names in BVH files and paths may contain bytes that are not UTF-8, because older programs
 write Latin-1. Python reads each such byte 0xXX as the lone surrogate U+DCXX (surrogateescape),
 which UTF-8 cannot encode. These functions write it as the six characters backslash-udcXX. In JSON,
-these are the escape for the surrogate, so reading the file gives the same name again. In other
-text, they are at least visible.
+these characters are the escape for the surrogate, so reading the file gives the same name again. In
+other text, they are at least visible.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def escaped(text: str) -> str:
 
 
 def unescaped(text: str) -> str:
-    """Replace the escapes that :func:`escaped` writes by the original surrogates."""
+    """Replace the escapes written by :func:`escaped` with the original surrogates."""
     return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 
@@ -72,7 +72,7 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
 
 
 def toml_string(text: str) -> str:
-    """Return a text as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
+    """Return a string as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
     return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

@@ -113,7 +113,7 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """Recognise a ZIP archive or an .npz by the name of its first member, which is at byte 30."""
+    """Recognise a ZIP archive or .npz file by the name of its first member, which is at byte 30."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]
@@ -132,7 +132,7 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D by the second byte, 0x50, and the first, a block number that is usually 2."""
+    """Recognise a C3D file by its second byte, 0x50, and by its first, which is usually 2."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None

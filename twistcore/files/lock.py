@@ -40,7 +40,10 @@ def lock_for_certain(handle: int) -> bool:
 
 
 def is_held(path: Path) -> bool:
-    """Return True if a running program has locked the file, False if it cannot be opened."""
+    """Return True if a running program has locked the file.
+
+    Return False if the file cannot be opened.
+    """
     try:
         handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:

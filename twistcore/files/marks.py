@@ -23,9 +23,9 @@ def sha256_of(path: Path) -> str:
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, read again only if the file has changed. Raises OSError.
+    """Return the SHA-256 of a file. It is computed again only if the file has changed.
 
-    Thread-safe.
+    Thread-safe. Raises OSError.
     """
     state = _state(path)
     known = _marks.get(path)
@@ -39,7 +39,10 @@ def file_mark(path: Path) -> str:
 
 
 def found_file(places: Iterable[Path], mark: str) -> Path | None:
-    """Return the first file with the SHA-256 `mark`, or else the first existing file, or None."""
+    """Return the first path in `places` with the SHA-256 `mark`, or else the first that exists.
+
+    The result is None if no path exists.
+    """
     there = [path for path in places if is_file(path)]
     return next((path for path in there if file_mark(path) == mark), (*there, None)[0])
 

@@ -85,7 +85,7 @@ def is_file(path: Path | str) -> bool:
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return a folder of the user or, without a home folder, a path that cannot be created.
+    """Return a folder of the user, or a path that cannot be created if there is no home folder.
 
     `find` is a function of platformdirs. Without a home folder, it raises an error or, in older
     versions, returns a path that begins with '~' and would be created in the current folder.

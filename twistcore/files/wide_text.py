@@ -40,12 +40,12 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text with the file's codec."""
+        """Convert a changed text in UTF-8 to the file's encoding."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
 def wide_text(data: bytes) -> WideText | None:
-    """Return the text of a file in UTF-16 or UTF-32, with or without a mark, or None.
+    """Decode a file in UTF-16 or UTF-32, with or without a byte order mark.
 
     The result is None for other encodings. Raises UnicodeDecodeError if UTF-32 contains a number
     that is not a character.
@@ -54,7 +54,7 @@ def wide_text(data: bytes) -> WideText | None:
     if codec is None:
         return None
     end = len(data) - len(data) % _WIDTHS[codec]
-    # Half of a surrogate pair is kept, so that writing the text gives the same bytes.
+    # An unpaired surrogate is kept, so that writing the text gives the same bytes.
     text = data[:end].decode(codec, "surrogatepass").encode("utf-8", "surrogatepass")
     return WideText(text, codec, data[end:])
 
@@ -66,7 +66,10 @@ def wide_codec(data: bytes) -> str | None:
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return a message if a file is in UTF-16 or UTF-32, for readers that do not accept these."""
+    """Return an error message if a file is in UTF-16 or UTF-32, or None.
+
+    The message is for readers that do not accept these encodings.
+    """
     codec = wide_codec(data)
     if codec is None:
         return None

@@ -71,7 +71,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel that no equivalent angles avoid.
+    """A step of more than 180° in a written channel that equivalent angles cannot avoid.
 
     The pose is right in every frame, but a program that interpolates channels between frames shows
     a spin.
@@ -192,7 +192,7 @@ class Clip(ABC):
 
     @abstractmethod
     def read_motion(self) -> Motion:
-        """Return the motion, without `angle_step`."""
+        """Compute the motion from the numbers of the file. Its `angle_step` is not set."""
 
     @cached_property
     def sha256(self) -> str:

@@ -19,8 +19,8 @@ def clips_in(
 ) -> list[Path]:
     """Return the paths of the clips in a folder, sorted, or [] if the folder cannot be read.
 
-    Broken links are included, so that reading them reports an error. Folders and devices that are
-    named like clips are left out, and so are .npz and .pkl files with other data.
+    Broken links are included, so that reading them reports an error. Folders and devices with a
+    clip's suffix are left out, and so are .npz and .pkl files without motion.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def clips_in(
 
 
 def special_files_in(folder: Path) -> dict[str, Path]:
-    """Return FIFOs, sockets and devices that are named like clips, keyed by relative path.
+    """Return FIFOs, sockets and devices with a clip's suffix, keyed by relative path.
 
     Subfolders are searched, too.
     """

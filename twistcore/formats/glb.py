@@ -17,7 +17,7 @@ from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array, continuous_signs, quaternion_from_axis_angle
 
 _FLOAT = 5126  # glTF's number for 32-bit floats
-_LARGEST = float(np.finfo(np.float32).max)  # of these floats
+_LARGEST = float(np.finfo(np.float32).max)  # the largest such float
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 _Words = dict[str, object]
 
@@ -25,8 +25,8 @@ _Words = dict[str, object]
 def write_glb(motion: Motion, path: str | Path, *, unit: float = 1.0) -> None:
     """Write a motion as a .glb file, atomically.
 
-    Joints keep their names, offsets and places in the hierarchy. They are the children of a node
-    that is named after the file and turns Z up into Y up. End Sites are left out.
+    Joints keep their names, offsets and places in the hierarchy. The root joints are children of a
+    node that is named after the file and converts Z up to Y up. End Sites are left out.
 
     Parameters
     ----------
@@ -109,16 +109,16 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
 
 @dataclass
 class _Arrays:
-    """The binary part of a file, which grows, and the descriptions of the arrays in it."""
+    """The binary chunk of a GLB file, to which arrays are appended, and their glTF descriptions."""
 
     data: bytearray = field(default_factory=bytearray)
     views: list[_Words] = field(default_factory=list)
     accessors: list[_Words] = field(default_factory=list)
 
     def add(self, values: Array, *, limits: bool = False) -> int:
-        """Append an array of rows, with its smallest and largest rows if `limits`.
+        """Append an array of rows, and return the index of its accessor.
 
-        Return its number.
+        If `limits` is True, the accessor has the minimum and maximum of each column.
         """
         single: NDArray[np.float32] = values.astype("<f4")
         about: _Words = {
@@ -141,7 +141,7 @@ def _scalar_last(q: Array) -> Array:
 
 
 def _container(document: _Words, data: bytes) -> bytes:
-    """Return a glTF document and its binary part, which is a multiple of four bytes, as a GLB."""
+    """Return a GLB file with a glTF document and binary data, whose length is a multiple of 4."""
     text = json_bytes(document, indent=None)
     text += b" " * (-len(text) % 4)
     size = 12 + 8 + len(text) + 8 + len(data)

@@ -39,7 +39,7 @@ def same_format(one: str | Path, other: str | Path) -> bool:
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format that a file's suffix means, or BVH if the suffix is unknown."""
+    """Return the file format given by the suffix, or BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
@@ -85,7 +85,7 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     ------
     TwistError
         If the file is invalid or cannot be read without a guess that would move a joint. Each
-        format has a subclass, which has the line if it is known.
+        format has a subclass, with the line number if it is known.
 
     See Also
     --------

@@ -83,7 +83,7 @@ def clip_suffix(name: PurePath | str) -> str:
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the unsupported motion format that a suffix means, or '' for other suffixes."""
+    """Return the name of the unsupported motion format with a file's suffix, or ''."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 

@@ -186,8 +186,8 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
 def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
     """Read a written file and compare it with its source.
 
-    `refined` is the corrected motion. Raises TwistError if the file cannot be read or has other
-    numbers of frames, joints or columns.
+    `refined` is the corrected motion. Raises TwistError if the file cannot be read or has a
+    different number of frames, joints or columns.
     """
     again = read_clip(written)
     head: bool | None = None

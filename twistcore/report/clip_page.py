@@ -142,7 +142,10 @@ def _changes(report: Report) -> dict[str, Any]:
 
 
 def _strength_by(analysis: ClipAnalysis, method: str) -> str:
-    """Return the review's detector, or the default one if it is missing or fails on the clip."""
+    """Return the name of the detector that computes the strength shown on the page.
+
+    The default detector replaces the review's detector if that is missing or fails on the clip.
+    """
     with suppress(TwistError):
         analysis.by(DETECTORS.usable(method))
     return analysis.usable(method)
@@ -160,10 +163,7 @@ def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
 
 
 def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
-    """Return the verdict on an interval that remains in the corrected clip, or 'new' without one.
-
-    `entry` is the remaining interval as in `detect --json`.
-    """
+    """Return the review's verdict on an error found in the corrected clip, or 'new' if none."""
     name = entry.get("limb") or entry["chain"]
     same = [
         j

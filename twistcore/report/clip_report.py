@@ -95,7 +95,7 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 
 def _other_clip(listing: Path, clip: Clip) -> str:
-    """Return the name of the clip of an existing report if it is not `clip`, or ''."""
+    """Return the name of the clip that an existing report is about, or '' if that is `clip`."""
     document = listed_report(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""

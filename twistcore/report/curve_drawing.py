@@ -158,7 +158,7 @@ class ClipCurves:
         self._expected.take(j.interval for j in judged if _is_expected(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of the worst chains, worst first, and the number of other chains.
+        """Return the panels of the worst chains, worst first, and the number of chains left out.
 
         Chains without intervals have no panel. `corrected` computes the angles after the
         correction.
@@ -186,7 +186,7 @@ class ClipCurves:
         return tuple(drawn), len(known) - len(worst)
 
     def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
-        """Return a panel that enlarges an interval, or None if the clip lacks its chain.
+        """Return a panel that enlarges an interval, or None if the clip does not have its chain.
 
         `corrected` computes the angles after the correction.
         """
@@ -257,16 +257,19 @@ def frames_around(interval: Interval, motion: Motion) -> Span:
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap two angles along a third one, `expected`, and return them.
+    """Unwrap the angles `before` and `after` along a third angle, `expected`, and return them.
 
-    They differ from the unwrapped `expected` by at most half a turn.
+    The results differ from the unwrapped `expected` by at most half a turn.
     """
     way = np.unwrap(expected)
     return way + wrap(before - expected), way + wrap(after - expected)
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is, in degrees × frames, or its angle if it has no offset."""
+    """Return how bad an interval is, in degrees × frames.
+
+    If it has no offset, return its angle in degrees.
+    """
     interval = judged.interval
     if not judged.counts:
         return float(abs(np.degrees(interval.residual)))
@@ -274,7 +277,7 @@ def weight(judged: Judged) -> float:
 
 
 def _is_expected(judged: Judged) -> bool:
-    """Return True if the expected motion, without errors, contains an interval's correction."""
+    """Return True if an interval is corrected in the motion along which curves are unwrapped."""
     return judged.counts and judged.decision != Decision.REJECTED
 
 
@@ -318,7 +321,7 @@ def _edges(count: int, columns: int) -> NDArray[np.intp]:
 
 
 def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
-    """Convert values in degrees to y coordinates. `low` and `high` are at the plot's edges."""
+    """Convert degrees to y coordinates. `low` and `high` are the values at the plot's edges."""
     levels: NDArray[np.int64] = np.rint(HEIGHT * (high - values) / (high - low)).astype(np.int64)
     return levels
 

@@ -156,7 +156,7 @@ class Report:
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict to show, or 'not correctable' if an accepted interval is stuck."""
+        """Return the verdict to show, or 'not correctable' for an accepted interval in `stuck`."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict

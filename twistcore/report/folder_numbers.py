@@ -106,13 +106,14 @@ class FolderNumbers:
     missing, cut
         Number of frames that headers declare but files do not have, and of clips with such frames.
     applied, left
-        Number of corrected intervals, and of intervals in the corrected clips. None without any.
+        Number of corrected intervals, and of intervals in the corrected clips. None if no clip was
+        corrected.
     decided
         Number of decided intervals.
     reviewers
         Number of clips, keyed by reviewer.
     how
-        Number of clips, keyed by a text with the program version and the parameters.
+        Number of clips, keyed by a string with the program version and the parameters.
     """
 
     states: Counter[str] = field(default_factory=Counter)

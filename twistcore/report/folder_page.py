@@ -55,7 +55,7 @@ def folder_page(
     numbers
         The sums over all clips.
     broken
-        The broken rules.
+        The rules of `--fail-if` that the batch has broken.
     """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
@@ -80,7 +80,7 @@ def folder_page(
 
 
 def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page with only the manifest's data. `why` says why the rest is missing."""
+    """Return a clip's page with only the manifest's data. `why` is the reason for this."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -94,12 +94,15 @@ def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds that have a column. Capture faults have one only if there are any."""
+    """Return the kinds of errors that have a column in the table.
+
+    Kinds of capture faults have one only if there are such faults.
+    """
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 
 def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
-    """Return the bins of the histogram, empty if there are no intervals."""
+    """Return the bins of the histogram, or an empty list if there are no intervals."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))

@@ -84,7 +84,7 @@ def write_folder_report(
     most_pages
         The maximum number of clips with a page. The worst clips are chosen.
     broken
-        The broken rules.
+        The rules of `--fail-if` that the batch has broken.
     records
         Records to use instead of those in the folder's manifest.
     changed
@@ -159,7 +159,7 @@ def _write_pages(
     pictures: bool,
     play: bool,
 ) -> list[str]:
-    """Write the pages of some clips, and return for each the reason why it is incomplete, or ''.
+    """Write the pages of some clips. Return the reason why each page is incomplete, or ''.
 
     `home` is the text of the link to the overview.
     """
@@ -207,10 +207,7 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """Write a page with only the manifest's data. `why` says why the rest is missing.
-
-    Returns `why`.
-    """
+    """Write a page with only the manifest's data, and return `why`, the reason for this."""
     _write(target / page_of(record.name), manifest_page(record, why, _home(record, home)))
     return why
 

@@ -17,7 +17,7 @@ GENERATOR = "twistcore report"  # named as the generator at the start of a page
 
 
 def rendered(template: str, **context: Any) -> str:
-    """Return a template filled with values. All texts are escaped."""
+    """Return a template filled with values. All strings are escaped."""
     return _environment().get_template(template).render(**context)
 
 

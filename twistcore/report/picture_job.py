@@ -1,8 +1,9 @@
 """Draw the figures of a report in a separate process that runs the desktop program.
 
 The figures are written into a folder, and the process writes the pictures into the same folder. For
-a page that plays its intervals, the process also prepares the figure. So this module needs neither
-Qt nor VTK, and a crash of the graphics driver does not end the report.
+a page that plays its intervals, the process also prepares the figure. Because of the separate
+process, this module needs neither Qt nor VTK, and a crash of the graphics driver does not end the
+report.
 """
 
 from __future__ import annotations
@@ -65,7 +66,8 @@ class Figure:
     Attributes
     ----------
     motion
-        A motion whose frames are the poses, and further frames from which the body is estimated.
+        A motion with the poses as frames. It has further frames, from which the body's shape is
+        estimated.
     chains
         The chains and limbs, which determine the figure's skin and its front.
     pairs
@@ -196,12 +198,15 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of a picture in a job's folder. `which` is 0 for before and 1 for after."""
+    """Return the path of a picture in a job's folder.
+
+    `which` is 0 for the pose before the correction and 1 for the pose after it.
+    """
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 
 def player_path(folder: Path, figure: int) -> Path:
-    """Return the path of the data for playing intervals, in a job's folder."""
+    """Return the path of a figure's data for playing intervals, in a job's folder."""
     return folder / f"{figure}.player.json"
 
 
@@ -242,7 +247,7 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
 def read_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
     """Return the picture size (width, height) and the figures that :func:`write_job` wrote.
 
-    Raises ValueError if the files have another schema.
+    Raises ValueError if the files have a different schema.
     """
     document = json.loads((folder / _JOB).read_bytes())
     if document["schema"] != SCHEMA:
@@ -275,7 +280,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the data of a chain for drawing. A varying axis is taken from the first frame."""
+    """Return the data of a chain for drawing. If the axis varies, its value in frame 0 is used."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

@@ -1,4 +1,4 @@
-"""Collect the motion around the worst intervals, which a clip's page plays."""
+"""Collect the motion around the worst intervals, for a clip's page to play."""
 
 from __future__ import annotations
 
@@ -59,14 +59,14 @@ def pictured_frame(interval: Interval) -> int:
 
 
 def applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals of a report and the intervals in `also`, without repetitions."""
+    """Return the applied intervals of a report and the intervals in `also`, without duplicates."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
 def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
     """Return the worst intervals that fit into `most` bytes of a page, and the other intervals.
 
-    Rejected intervals are considered last. Frames that several intervals share are counted once.
+    Rejected intervals are considered last. Frames that are in several intervals are counted once.
     """
     motion, names = report.clip.motion, {chain.name for chain in report.chains}
     moving = _moving(motion)
@@ -94,8 +94,8 @@ def played_data(
 ) -> dict[str, Any]:
     """Return the data for the page's script that plays intervals, without any names.
 
-    The data has the form of the lessons' data. `player` is the figure as in :class:`Drawn`.
-    Rotations are quaternions of 16-bit numbers, which the script scales to length 1.
+    The data has the same form as in lessons. `player` is the figure as in :class:`Drawn`. Rotations
+    are quaternions of 16-bit numbers, which the script scales to length 1.
     """
     spans = _joined([find.span for find in finds])
     pages = [
@@ -159,7 +159,7 @@ def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Return the spans sorted, with touching and overlapping spans joined."""
+    """Return the spans sorted, with adjacent and overlapping spans merged."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

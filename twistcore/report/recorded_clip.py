@@ -90,7 +90,10 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Return the nonempty parameters to display. The detector is displayed elsewhere."""
+    """Return the parameters to display, with the program version and the time of processing.
+
+    Empty parameters and the detector are left out.
+    """
     return {
         **{k: v for k, v in nonempty_parameters(record.parameters).items() if k != "method"},
         "processed by": f"twistcore {record.version}",

@@ -1,4 +1,4 @@
-"""Show the worst intervals of a clip in its page, in pictures and as a figure that plays."""
+"""Prepare the pictures, the curves and the animated figure of the worst intervals of a clip."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
 
 
 def draw_pictures(report: Report, play: bool = False) -> Drawn:
-    """Draw the pictures for a clip's page and, if `play` is True, prepare the figure that plays."""
+    """Draw the pictures for a clip's page and, if `play` is True, prepare the animated figure."""
     figure = figure_of_worst(report, play)
     return draw_figures([figure])[0] if figure else Drawn()
 

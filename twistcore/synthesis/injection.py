@@ -48,15 +48,16 @@ class InjectedError:
     start, stop : int
         Frames [start, stop) of the error, from 0.
     offset : ndarray, shape (stop − start,)
-        Offset δ, by which the parent is turned in each frame, radians.
+        Offset δ, the angle by which the parent is rotated in each frame, radians.
     leak : ndarray, shape (stop − start,), optional
         Error in the counter-rotation of the child, or of a limb's end, in each frame, radians.
     kind : Kind
         A counter-twist, a limb flip, a carried roll or, for an error of the child alone, a stretch
         or a spike.
     carried : bool
-        True for a flip in which the limb's end turns with the limb, for a carried roll, in which
-        the child rolls with its parent, and for an error of the child alone.
+        True if the error also rotates the joints below: in a flip whose limb's end rotates with the
+        limb, in a carried roll, in which the child rolls with its parent, and in an error of the
+        child alone.
 
     Examples
     --------
@@ -77,9 +78,9 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Return the joints whose local rotation the error changes.
+        """Return the indices of the joints whose local rotation the error changes.
 
-        A limb's end is not among them if it turns with the limb.
+        A limb's end is not included if it rotates with the limb.
         """
         if self.single:
             return (chain.child,)
@@ -89,11 +90,11 @@ class InjectedError:
 
     @property
     def single(self) -> bool:
-        """True for an error of the child alone."""
+        """True for an error of the child alone: a stretch or a spike."""
         return bool(self.kind.info.repairer)
 
     def measured_joints(self, chain: Chain) -> tuple[int, ...]:
-        """Return the joints at which the size of the error is measured.
+        """Return the indices of the joints at which the size of the error is measured.
 
         The size is the angle between the joint's rotations in the clean clip and in the clip with
         the error.
@@ -167,8 +168,8 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """Draw 2 to 5 errors for each chain, at least 2 frames apart.
 
-    The number differs in some protocols, and a clip that is too short has fewer errors. Except in
-    the border protocols, every error begins and ends inside the capture.
+    Some protocols draw a different number, and fewer errors are drawn if a clip is too short.
+    Except in the border protocols, every error begins and ends inside the capture.
 
     Parameters
     ----------
@@ -220,7 +221,7 @@ def _places(
 def _number(rng: np.random.Generator, protocol: Protocol) -> int:
     """Return how many errors to draw for a chain.
 
-    There is only one stretch, because several may cover most of a clip.
+    Only one stretch is drawn, because several may cover most of a clip.
     """
     if protocol.single == Kind.STRETCH.value:
         return 1
@@ -308,9 +309,9 @@ def inject(
     Call it as ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``. The rotation of the
     parent P becomes q_P ⊗ R_a(δ), where a is the bone axis, and the rotation of every child X of P
     becomes R_a(−δ + leak) ⊗ q_X. In a limb flip, a is the limb's line, and X is the limb's end,
-    unless it turns with the limb. In a carried roll, the child C also turns by R_b(δ) about its own
-    bone b. In a stretch, only C turns, by R_b(δ), and in a spike, only C turns, about an axis
-    across its bone.
+    unless it rotates with the limb. In a carried roll, the child C also rotates by R_b(δ) about its
+    own bone b. In a stretch, only C rotates, by R_b(δ). In a spike, only C rotates, about an axis
+    perpendicular to its bone.
 
     Parameters
     ----------
@@ -386,7 +387,7 @@ def inject(
 
 
 def _axis_of(error: InjectedError, skeleton: Skeleton, joint: int) -> Array:
-    """Return the axis about which an error of a single joint turns the joint, (3,).
+    """Return the axis, (3,), about which an error of a single joint rotates this joint.
 
     Raises TwistError if the joint has no bone.
     """

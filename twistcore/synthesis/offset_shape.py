@@ -1,4 +1,4 @@
-"""The shape of an injected error over time, and frames that are chosen by the pose."""
+"""Compute the offset of an injected error in each frame, and choose frames by the pose."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def offset_over_time(
 ) -> Array:
     """Return the offset in each frame of an error, radians, (length,).
 
-    A low-pass filter makes it longer at both ends.
+    A low-pass filter makes the error longer at both ends.
 
     Parameters
     ----------
@@ -94,9 +94,9 @@ def filter_reach(protocol: Protocol, fps: float) -> int:
 
 
 def gap_offset(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the offset that results if the parent's twist in a gap is filled, radians.
+    """Return the offset that filling a gap in the parent's twist causes, radians, one per frame.
 
-    `how` is 'held' or 'interpolated'.
+    `place` is the gap, and `how` is 'held' or 'interpolated'.
     """
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
@@ -109,7 +109,7 @@ def gap_offset(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
     """Yield the intervals [start, stop) in which the child's bone is in line with its parent's.
 
-    A chain that is always straight has none.
+    Nothing is yielded for a chain that is straight in every frame.
     """
     if chain.grandchild < 0:
         return

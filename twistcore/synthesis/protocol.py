@@ -40,7 +40,7 @@ class Protocol:
     step
         Only every `step`-th frame is kept before the injection.
     rich
-        True to add motion to the quieter joint of each chain before the injection.
+        True to add motion to the less active joint of each chain before the injection.
     length
         Minimum and maximum length of an interval, frames.
     delta
@@ -56,7 +56,7 @@ class Protocol:
     flicker
         True to apply the offset only in every other frame.
     compensated
-        Fraction of δ by which the child turns back.
+        Fraction of δ by which the child is rotated back.
     drift
         Minimum and maximum duration over which the offset grows and decays, seconds.
     jump_out
@@ -70,17 +70,18 @@ class Protocol:
     border
         True if the first two intervals touch the clip's ends.
     persists
-        True if there are only the intervals at the clip's ends.
+        True if errors are injected only at the clip's ends.
     clean
         True to inject nothing.
     limb
-        True if the parent turns about its limb's line instead of its bone. In half of the errors,
-        at random, the limb's end turns with it.
+        True if the parent rotates about its limb's line instead of its bone. In half of the errors,
+        at random, the limb's end rotates with it.
     carried
         True if the child rolls with its parent while the limb is bent.
     single
         Kind of an error of the child alone, 'stretch' or 'spike'. All joints below the child move.
-        A stretch turns the child about its bone, and a spike about an axis across the bone.
+        A stretch rotates the child about its bone, and a spike about an axis perpendicular to the
+        bone.
     fill
         How the parent's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
     straight
@@ -242,7 +243,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol, after applying its `rich` and `step`."""
+    """Return a clean motion after applying the options `rich` and `step` of a protocol."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -256,10 +257,10 @@ def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Moti
 
 
 def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
-    """Add a twist to the quieter joint of every chain, for the protocol H12.
+    """Add a twist to the less active joint of every chain, for the protocol H12.
 
-    The twist comes from the livelier joint of the chain on the other side: its increments are
-    halved, delayed by 37 frames, clipped to ±0.2 rad per frame, and added up. Chains without a
+    The twist comes from the more active joint of the chain on the other side: its increments are
+    halved, delayed by 37 frames, clipped to ±0.2 rad per frame, and summed. Chains without a
     counterpart on the other side do not change.
     """
     rotations = motion.rotations.copy()
@@ -285,8 +286,9 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, radians, each (frames,).
 
-    An increment is the turn about the bone axis since the previous frame, for the parent in its own
-    coordinates and for the child in its parent's. It is 0 in frame 0.
+    An increment is the rotation about the parent's bone axis since the previous frame. It is
+    measured in the joint's coordinates for the parent, and in the parent's for the child. It is 0
+    in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

@@ -29,7 +29,7 @@ class InjectedSpike:
     start, stop
         Frames [start, stop) of the spike.
     turn
-        Rotation vector by which the joint is turned, radians, shape (3,).
+        Rotation vector by which the joint is rotated, radians, shape (3,).
     """
 
     joint: int
@@ -73,7 +73,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with the spikes, which also move all joints below."""
+    """Return the motion with spikes added. A spike also moves all joints below its joint."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

@@ -33,7 +33,7 @@ else:
 
 
 class _Factory:
-    """The default of a field with a factory, as it appears in signatures."""
+    """The default value shown in signatures for a field with a default factory."""
 
     def __repr__(self) -> str:
         return "<factory>"

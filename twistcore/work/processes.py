@@ -45,7 +45,8 @@ class ProcessEndedError(Exception):
 class ProcessTimeError(Exception):
     """Raised if a process exceeded its time limit and was ended.
 
-    `args` has the limit in seconds of processor time, or the seconds of waiting and True.
+    `args` contains the limit in seconds of processor time. For a process that was only waiting, it
+    contains the waiting time in seconds and True.
     """
 
 
@@ -121,8 +122,8 @@ class Apart:
     ) -> Result | Exception:
         """Return `work(name)`, or the exception that it raised.
 
-        If the process died, the call is repeated once in a new process, since the cause of its
-        death may have been something else. The parameters are those of :meth:`call`.
+        If the process died, the call is repeated once in a new process, because something other
+        than the call may have ended it. The parameters are those of :meth:`call`.
         """
         for last in (False, True):
             try:
@@ -163,11 +164,11 @@ def each(
     apart: bool = False,
     seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
-    """Yield each name with `work(name)`, or with the exception that it raised, as it is completed.
+    """Yield each name with the result of `work(name)`, or with its exception, when it is completed.
 
-    A process that died is replaced, and its name is tried again once. Names are taken as needed,
-    and the workers are ahead of the reader by at most two names each. The processes end with the
-    iterator, immediately if it is closed early.
+    A process that died is replaced, and its name is tried again once. Names are read as needed:
+    each worker is at most two names ahead of the caller. The processes end with the iterator,
+    immediately if it is closed early.
 
     Parameters
     ----------
@@ -178,7 +179,7 @@ def each(
     workers
         Number of processes. A single worker runs in this process unless `apart` is True.
     apart
-        True to use separate processes always.
+        True to always use separate processes.
     seconds
         A function that returns the limit of processor time for a name in a separate process.
     """
@@ -301,7 +302,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
                 pipe.close()
 
 
-# -- in the other process --------------------------------------------------------------------------
+# -- in the worker process -------------------------------------------------------------------------
 
 
 def serve(parent: int) -> None:

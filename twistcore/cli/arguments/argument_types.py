@@ -1,7 +1,7 @@
 """Convert and check the values of command-line arguments.
 
-Each function converts the text of an argument, and raises ArgumentTypeError with a one-line message
-if the text is invalid.
+Each function converts the string of an argument, and raises ArgumentTypeError with a one-line
+message if the string is invalid.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, why_not_written
 
 KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
-STANDARD_INPUT = Path("/dev/stdin")  # stands for standard input, even on systems without this file
+STANDARD_INPUT = Path("/dev/stdin")  # means standard input, even if there is no such file
 
 _LEAST_MIB = 256  # with less memory, numpy cannot be loaded or a short clip cannot be analysed
 _MOST = 1_000_000  # a larger count is probably a typing error
@@ -29,7 +29,7 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # accepted frames per second
 class Parser(argparse.ArgumentParser):
     """An argument parser that reports an error in one line and refers to --help.
 
-    `late` is a function that is called before the help is printed, to add texts that load slowly.
+    `late` is called before the help is printed, to add the parts that are slow to create.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
@@ -40,7 +40,7 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """Return the help, including the texts that load slowly."""
+        """Return the help, including the parts that are slow to create."""
         if self.late is not None:
             self.late(self)
         return super().format_help()
@@ -75,7 +75,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _did_you_mean(word: str, known: Sequence[str]) -> str:
-    """Return text such as '; did you mean detect?', or '' if `known` has no similar word."""
+    """Return a question such as '; did you mean detect?', or '' if `known` has no similar word."""
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -111,13 +111,13 @@ def folder(text: str) -> Path:
 
 
 def tau(text: str) -> float | None:
-    """Convert degrees above 0 and up to 180 to a τ in radians, or 'auto' to None."""
+    """Convert a string in degrees, above 0 and at most 180, to τ in radians, or 'auto' to None."""
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """Convert the text of a τ to degrees, above 0 and up to 180, or 'auto' to None."""
+    """Convert a string to τ in degrees, above 0 and at most 180, or 'auto' to None."""
     if text == "auto":
         return None
     value = _number_in(text)
@@ -129,7 +129,7 @@ def tau_degrees(text: str) -> float | None:
 
 
 def degrees(text: str) -> float:
-    """Convert the text of an angle to degrees, above 0 and up to 180."""
+    """Convert a string to an angle in degrees, above 0 and at most 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(f"expected degrees above 0 and up to 180, found {text!r}")
@@ -154,7 +154,7 @@ def kinds(text: str) -> frozenset[Kind]:
 
 
 def seed(text: str) -> int:
-    """Convert a text to a whole number of at least 0."""
+    """Convert a string to a whole number of at least 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
             f"expected a whole number of at least 0 with at most 18 digits, found {text[:40]!r}"
@@ -163,7 +163,7 @@ def seed(text: str) -> int:
 
 
 def positive(text: str) -> float:
-    """Convert a text to a finite number above 0."""
+    """Convert a string to a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
@@ -171,7 +171,7 @@ def positive(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Convert a text to frames per second, from 1 to 10,000."""
+    """Convert a string to frames per second, from 1 to 10,000."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
@@ -181,7 +181,7 @@ def rate(text: str) -> float:
 
 
 def share(text: str) -> float:
-    """Convert a text to a number from 0 to 1."""
+    """Convert a string to a number from 0 to 1."""
     value = _number_in(text)
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"expected a number from 0 to 1, found {text!r}")
@@ -189,14 +189,14 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """Convert a text to an amount of memory in MiB, which must be enough for Python and numpy."""
+    """Convert a string to an amount of memory in MiB, which must be enough for Python and numpy."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
 
 
 def number(text: str) -> float:
-    """Convert a text to a finite number."""
+    """Convert a string to a finite number."""
     if not math.isfinite(value := _number_in(text)):
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}")
     return value
@@ -211,17 +211,17 @@ def not_negative(text: str) -> float:
 
 
 def count(text: str) -> int:
-    """Convert a text to a whole number above 0."""
+    """Convert a string to a whole number above 0."""
     return _whole(text, 1, _MOST)
 
 
 def limit(text: str) -> int:
-    """Convert a text to a whole number of at least 0, used as a limit."""
+    """Convert a string to a whole number of at least 0, used as a limit."""
     return _whole(text, 0, _MOST)
 
 
 def workers(text: str) -> int:
-    """Convert a text to a number of processes, from 1 to 1024."""
+    """Convert a string to a number of processes, from 1 to 1024."""
     return _whole(text, 1, _MOST_WORKERS)
 
 
@@ -234,7 +234,7 @@ def _whole(text: str, least: int, most: int) -> int:
 
 
 def _number_in(text: str) -> float:
-    """Return the number in a text, or NaN if the text is not a number."""
+    """Return the number in a string, or NaN if the string is not a number."""
     try:
         return float(text)
     except ValueError:

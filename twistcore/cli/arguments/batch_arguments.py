@@ -1,4 +1,4 @@
-"""The arguments of `twistcore batch`, `twistcore watch` and `twistcore merge`."""
+"""Define the arguments of `twistcore batch`, `twistcore watch` and `twistcore merge`."""
 
 from __future__ import annotations
 

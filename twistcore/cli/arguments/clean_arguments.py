@@ -71,7 +71,7 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
 
 
 def _order(text: str) -> tuple[str, str]:
-    """Return a joint and its rotation order, with '' as the joint for all joints."""
+    """Return a joint and its rotation order. The joint is '' if the order is for all joints."""
     joint, _, order = text.rpartition("=")
     if sorted(order.upper()) != ["X", "Y", "Z"]:
         raise argparse.ArgumentTypeError(
@@ -81,7 +81,7 @@ def _order(text: str) -> tuple[str, str]:
 
 
 def _factor(text: str) -> float:
-    """Convert a text to a scale factor from 1e-6 to 1e6, beyond which lengths lose digits."""
+    """Convert a string to a scale factor from 1e-6 to 1e6, so that lengths do not lose digits."""
     if not 1e-6 <= (value := positive(text)) <= 1e6:
         raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
     return value

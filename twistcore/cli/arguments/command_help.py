@@ -9,7 +9,7 @@ from twistcore.work.frozen import dataclass
 
 
 class HelpFormatter(argparse.HelpFormatter):
-    """A formatter of the help that wraps paragraphs but keeps the lines of examples."""
+    """A help formatter that wraps paragraphs but keeps the lines of examples."""
 
     def add_argument(self, action: argparse.Action) -> None:
         """Add an argument to the help, with a wider first column for subcommands."""
@@ -26,7 +26,7 @@ class HelpFormatter(argparse.HelpFormatter):
 
 @dataclass(frozen=True)
 class CommandHelp:
-    """The texts in the help of one command.
+    """The parts of the help of one command.
 
     Attributes
     ----------

@@ -60,7 +60,7 @@ def add_method(
 
 
 def add_detector_file(parser: argparse._ActionsContainer) -> None:
-    """Add the option --detector, for a detector in a file of the user."""
+    """Add the option --detector, for a detector in the user's own Python file."""
     parser.add_argument(
         "--detector",
         metavar="FILE.py:CLASS",

@@ -1,4 +1,4 @@
-"""Read and patch ASF/AMC, Acclaim's skeleton and motion files, used by the CMU database."""
+"""Read and patch ASF/AMC: Acclaim's format for skeletons and motion, used by the CMU database."""
 
 from twistcore.formats.amc.asf import Asf, parse_asf, read_asf
 from twistcore.formats.amc.clip import AmcClip

@@ -1,6 +1,6 @@
 """Read bones, their hierarchy and their axes from Acclaim's skeleton file (ASF).
 
-The format follows the Acclaim documentation of 1994 (":version 1.10"), like CMU's files.
+The reader follows the Acclaim documentation of 1994 (":version 1.10"), as CMU's files do.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Asf:
     radians
         True if angles are in radians, None if the file does not specify the unit.
     warnings
-        Harmless assumptions made.
+        Harmless assumptions made while reading.
     """
 
     path: Path
@@ -115,7 +115,7 @@ class _Read:
     def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
         """Return the `count` numbers after the first word of a line.
 
-        Raises AmcError if there are fewer.
+        Raises AmcError if the line has fewer numbers.
         """
         what = line[0].text
         if len(line) <= count:
@@ -157,7 +157,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Yield the line of each keyword with the lines below it, split into words."""
+    """Yield the line of each keyword and the lines below it. Each line is a list of words."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -180,7 +180,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their positions, without a comment that begins with '#'."""
+    """Return the words of a line with their positions, up to a comment, which begins with '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -235,7 +235,10 @@ def _order(read: _Read, word: _Word) -> str:
 
 
 def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the degrees of freedom listed after the first word of a line, in lower case."""
+    """Return the degrees of freedom listed after the first word of a line, in lower case.
+
+    Raises AmcError if one is not in `known` or is repeated.
+    """
     out: list[str] = []
     for word in line[1:]:
         dof = word.text.lower()

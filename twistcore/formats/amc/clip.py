@@ -62,7 +62,7 @@ class AmcClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """Convert the numbers to a motion."""
+        """Convert the numbers in `values` to a motion."""
         motion = motion_from_channels(
             self.skeleton, self.asf.channels, self.values, self.frame_time
         )
@@ -74,12 +74,12 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """Offset added to the translation of the root, the only joint that has a translation."""
+        """Offset added to the translation of the root, (3,), or 0 if there is none."""
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of the start and the end of every token in the file, two arrays."""
+        """Return two arrays: the byte offsets of the starts and of the ends of all tokens."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
@@ -110,8 +110,8 @@ class AmcClip(Clip):
     ) -> Patch:
         """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
-        never has an exponent.
+        Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
+        and no exponent.
 
         Parameters
         ----------

@@ -34,8 +34,8 @@ _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
     """Read an AMC file and its skeleton file.
 
-    The skeleton file is NAME.asf, or SUBJECT.asf with the part of the name before an underscore (as
-    for CMU's 05_02.amc), or the only ASF file in the folder.
+    The skeleton file has the clip's name, or the part of it before an underscore (05.asf for CMU's
+    05_02.amc). If there is no such file, the only ASF file in the folder is used.
 
     Parameters
     ----------
@@ -49,8 +49,8 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     AmcError
-        If a file is invalid, with file, line, column and expected text. Harmless assumptions are
-        listed in `Clip.warnings` instead.
+        If a file is invalid. The error has the file, line, column and expected text. Harmless
+        assumptions are listed in `Clip.warnings` instead.
     """
     path = Path(path)
     try:
@@ -133,7 +133,7 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning that begins with the name of the skeleton file and the line number."""
+    """Return a warning with the skeleton file's name and the line number added at the start."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
@@ -160,7 +160,7 @@ class _Rows:
         self._first: list[int] = []  # token index of each bone's first number
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """Return an error with the position of a word. `expected` is the message.
+        """Return an error with the position of a word. `expected` is its message.
 
         Lines are counted from 1, words from 0.
         """
@@ -229,7 +229,7 @@ class _Rows:
         places += self._first
 
     def _store_last(self, words: list[bytes], places: list[int]) -> None:
-        """Store the last frame if it is complete."""
+        """Store the last frame if it is complete. If not, add a warning."""
         if all(self._frame):
             self._store(words, places)
             return
@@ -256,7 +256,10 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a line of keywords in the header. Raises AmcError for any other line."""
+        """Read a line of keywords in the header. `own` are the words of the line.
+
+        Raises AmcError for any other line.
+        """
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

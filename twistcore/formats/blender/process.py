@@ -1,6 +1,6 @@
 """Open a scene in a separate Blender process, and return its bones as arrays.
 
-Blender is licensed under the GPL, so it is neither imported here nor a dependency. It is run as the
+Blender is licensed under the GPL, so it is neither imported nor a dependency. It is run as the
 program `blender`, or as a Python in which the module bpy is installed.
 """
 
@@ -81,9 +81,9 @@ class Handover:
 def find_blender(named: str | None = None) -> str:
     """Return the path of the program to run as Blender.
 
-    The candidates are, in this order: the program `named`, the program in the environment variable,
-    `blender` on the path, and this Python if it has bpy. Raises TwistError if there is none, or if
-    the program that the user named cannot be run.
+    The candidates are, in this order: the program `named`, the program in the environment variable
+    TWIST_BLENDER, `blender` on the path, and this Python if it has bpy. Raises TwistError if there
+    is none, or if the program that the user named cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
@@ -166,12 +166,12 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command, and return its exit code with its last line of output.
+    """Run a command, and return a string with its exit code and its last line of output.
 
-    Raises TwistError if the command cannot be run or exceeds the time limit. In the latter case, it
-    is killed.
+    Raises TwistError if the command cannot be run or exceeds the time limit. In the latter case,
+    the process is killed. `folder` is used for temporary files.
     """
-    # When run as a module, Blender does not remove its temporary folder, so create that in
+    # When run as a module, Blender does not remove its temporary folder. Create that folder in
     # `folder`.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:

@@ -15,7 +15,7 @@ from twistcore.formats.bvh import write_motion
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # turns Z up into Y up
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # rotates Z up to Y up
 _STRETCHED = 1e-3
 # Share of the height; a bone that moves farther from its rest position has position channels.
 _MOVED = 1e-5
@@ -102,7 +102,7 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Return the rotation matrices of bones without scale, and the scales of the three columns.
+    """Split bone matrices (…, 4, 4) into rotations (…, 3, 3) and the scales of the axes (…, 3).
 
     Raises TwistError if a bone is mirrored or has a scale of 0.
     """

@@ -1,4 +1,4 @@
-"""The columns of a BVH file's rows of numbers, and the conversion of rows to motion."""
+"""Find each joint's columns in the rows of numbers of a BVH file, and convert rows to a motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STILL = 0.02  # the same, for a joint that may move the whole figure
 
 @dataclass(frozen=True)
 class JointChannels:
-    """The columns of a joint's channels in a row of numbers.
+    """The columns of a joint's channels in a row of motion numbers.
 
     Attributes
     ----------
@@ -138,7 +138,8 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
     """Write the rotations of joints with the same Euler order into q, (4, joints, frames).
 
-    The values equal those of `quaternion_from_euler`. `cos` and `sin` are those of half the angles.
+    The values equal those of `quaternion_from_euler`. `cos` and `sin` contain the cosines and sines
+    of half the angles.
     """
     parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
     parts[1 + "XYZ".index(order[0])] = sin[0]

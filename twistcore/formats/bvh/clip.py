@@ -26,7 +26,7 @@ class BvhClip(Clip):
     Parameters
     ----------
     text
-        The file's text as bytes, in UTF-8 if the file is in UTF-16 or UTF-32.
+        The file's bytes, converted to UTF-8 if the file is in UTF-16 or UTF-32.
     wide
         The encoding of a file in UTF-16 or UTF-32, or None.
     data_start
@@ -56,12 +56,12 @@ class BvhClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """Convert the numbers to a motion."""
+        """Convert the numbers in `values` to a motion."""
         return motion_from_channels(self.skeleton, self.channels, self.values, self.frame_time)
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Start and end offsets of the motion numbers in the text, two arrays, in reading order."""
+        """Return two arrays: the byte offsets of the starts and the ends of all motion numbers."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
@@ -81,8 +81,8 @@ class BvhClip(Clip):
     ) -> Patch:
         """Return the file's bytes with the rotations of `motion` where `changed` is True.
 
-        Other bytes stay the same. A number keeps its number of decimals, but has at least 6, and
-        never has an exponent.
+        Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
+        and no exponent.
 
         Parameters
         ----------

@@ -67,9 +67,9 @@ def bvh_text(motion: Motion) -> str:
     """Return a motion as the text of a BVH file, with ZXY rotations for all joints.
 
     Roots and joints with position channels have XYZ positions before the rotations. Because many
-    programs need End Sites, a joint without children and End Site gets one in the direction of its
-    bone. Angles are continuous over time, except for jumps that the range of the middle angle makes
-    necessary.
+    programs need End Sites, a joint that has neither a child nor an End Site gets one in the
+    direction of its bone. Angles are continuous over time, except for jumps that the range of the
+    middle angle makes necessary.
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0
@@ -111,7 +111,11 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines that describe a joint, without the lines of its children."""
+    """Return the lines that describe a joint, without the lines of its children.
+
+    `placed` is True if the joint has position channels, and `sites` are the offsets of its End
+    Sites.
+    """
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

@@ -32,12 +32,12 @@ _LEAST_WEIGHT = 1e-6
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return the Euler angles of rotations that change least over time, radians, (n, 3).
+    """Return the equivalent Euler angles that change least from frame to frame, radians, (n, 3).
 
-    Of the possible angles, the path with the smallest Σ|Δangle| between the fixed angles at both
-    ends is chosen. Without fixed angles, two paths, each with the other solution in every frame,
-    are equally long. In this case, the distance to the file's angles is added to the sum, with the
-    weight cos θ in a frame whose rotation differs from the file's by θ < 90°.
+    Of the possible paths between the fixed angles at both ends, the one with the smallest Σ|Δangle|
+    is chosen. Without fixed angles, a path is always as long as the path with the opposite solution
+    in every frame. In this case, the distance to the file's angles is added to the sum. Its weight
+    is cos θ in a frame whose rotation differs from the file's by θ < 90°.
 
     Parameters
     ----------
@@ -70,10 +70,10 @@ def continuous_angles(
 
 
 def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the solutions with φ2 in ±90°, radians, (n, 3), and a mask of frames in gimbal lock.
+    """Return the solution with φ2 in ±90° for each frame, and a mask of frames in gimbal lock.
 
-    In gimbal lock, φ3 is taken from `third`, (n,), or if that is None, from the last frame before
-    the lock.
+    The solutions are in radians, (n, 3). In gimbal lock, φ3 is copied from `third`, (n,). If
+    `third` is None, it is copied from the last frame before the lock.
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -85,7 +85,7 @@ def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArra
 
 
 def angles_in_order(order: str, q: Array) -> Array:
-    """Return Euler angles of q in another order, degrees, (n, 3), without avoidable jumps."""
+    """Return the Euler angles of q in the given order, degrees, (n, 3), without avoidable jumps."""
     return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
@@ -100,7 +100,7 @@ def angles_near(order: str, q: Array, near: Array) -> Array:
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of each step by more than half a turn. Angles are in radians.
+    """Return (row, channel) of each step of more than half a turn. Angles are in radians.
 
     Row n is the step from the last row to `after`.
     """
@@ -160,7 +160,7 @@ def _cheapest_path(
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
     """Add full turns so that the angles continue from `before`.
 
-    If `before` is None, they end near `after`.
+    If `before` is None, the angles end near `after`.
     """
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
@@ -178,14 +178,20 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
-    """Return the weight of the file's angles in each frame, above 0 and up to 1, (n,)."""
+    """Return the weight of the file's angles in each frame, (n,), above 0 and at most 1.
+
+    The weight is highest where the rotations q are close to the file's.
+    """
     turned = geodesic_angle(quaternion_from_euler(order, own), q)
     weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
     return weight
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns that bring each channel as a whole nearest to `own`, radians, (3,)."""
+    """Return the full turns to add to each channel so that it is nearest to `own`, radians, (3,).
+
+    The same turns are added in every frame.
+    """
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median is used because, where `own` wraps, the majority of the frames should decide.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -247,9 +253,10 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """Return the axes of the turns of the other two channels in (solutions, turns, turns, turns).
+    """Return the axes of the other two channels' turns in an array of states.
 
-    Inserting these axes lets an array (solutions, turns) of one channel broadcast.
+    Its shape is (solutions, turns, turns, turns). Inserting these axes lets an array (solutions,
+    turns) of one channel broadcast.
     """
     return tuple(1 + c for c in range(3) if c != channel)
 
@@ -287,12 +294,12 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
 
 
 def unrolled_angles(order: str, angles: Array) -> Array:
-    """Replace angles by equivalent ones without avoidable steps, in degrees, (n, channels).
+    """Replace angles by equivalent ones without avoidable jumps, in degrees, (n, channels).
 
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are
-    chosen. These may have additional full turns, may be the other solution (for three different
-    axes) and may divide the rotation differently between the outer angles (in gimbal lock). The
-    choice is kept until the next such step. Angles without such steps do not change in any bit.
+    chosen. They may have additional full turns. For three different axes, they may be the other
+    solution, and in gimbal lock, they may divide the rotation differently between the outer angles.
+    The choice is kept until the next such step. Angles without such steps do not change in any bit.
     """
     out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
     steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)
@@ -318,10 +325,7 @@ def unrolled_angles(order: str, angles: Array) -> Array:
 
 
 def _chosen(angles: Array, shift: Array, other: bool) -> Array:
-    """Return one of the two solutions for angles (…, k), plus a shift, in degrees.
-
-    `angles` are one solution. The other one is returned if `other` is True.
-    """
+    """Return `angles`, (…, k), or the other solution if `other`, plus `shift`, in degrees."""
     if other:
         angles = np.stack(
             [angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], -1
@@ -330,9 +334,10 @@ def _chosen(angles: Array, shift: Array, other: bool) -> Array:
 
 
 def _nearest(angles: Array, before: Array, lock: int, paired: bool) -> tuple[Array, bool]:
-    """Return the shift and the solution that bring angles nearest to `before`.
+    """Return the arguments `shift` and `other` of `_chosen` that bring angles nearest to `before`.
 
-    The solution is True for the other one. `lock` is the sign of sin φ2 in gimbal lock, or 0.
+    `lock` is the sign of sin φ2 in gimbal lock, or 0. `paired` is True if there is another
+    solution.
     """
     if lock:  # only φ1 ± φ3 is determined
         off = before - angles

@@ -181,9 +181,9 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the joint that was closed has no OFFSET.
+    """Add a warning if the joint whose block has just ended has no OFFSET.
 
-    `closed` is the joint's index, or None for an End Site.
+    `closed` is the joint's index, or None for the block of an End Site.
     """
     if closed is None or joints[closed].placed:
         return

@@ -34,7 +34,7 @@ class HeaderPlace:
 
 
 def header_places(text: bytes) -> list[HeaderPlace]:
-    """Return the places of all words of a valid BVH text that can be rewritten, in file order."""
+    """Return the places of all words that can be rewritten in a valid BVH text, in file order."""
     words = text.decode("utf-8", "surrogateescape")
     found, at, stop = [], 0, 0
     for kind, joint, place, start, end in _places(words):

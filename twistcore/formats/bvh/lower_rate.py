@@ -1,4 +1,4 @@
-"""Keep, repeat or drop rows of a clip. The bytes of the remaining rows do not change."""
+"""Keep, repeat or drop frames of a clip. The bytes of the remaining rows do not change."""
 
 from __future__ import annotations
 

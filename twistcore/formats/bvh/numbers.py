@@ -1,8 +1,8 @@
 """Read motion numbers in blocks, with exactly the same values as float().
 
 Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`.
-Blocks with exponents, plus signs or many digits are read by numpy, and all other blocks number by
-number.
+Blocks with exponents, plus signs or many digits are read by numpy. All other blocks are read one
+number at a time.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # Once a large array was freed, glibc reuses memory for arrays up to its size. Without this,
+    # After a large array was freed, glibc reuses memory for arrays up to its size. Without this,
     # every block would need new pages, which takes a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
@@ -106,7 +106,7 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return an estimate of the number of values that is slightly too high.
+    """Return a slightly high estimate of the number of values.
 
     The estimate uses the density of numbers at the beginning of the first block.
     """
@@ -119,7 +119,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return the count of `marks`, which are ascending offsets, before each line break."""
+    """Return how many of the ascending offsets `marks` come before each line break."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns

@@ -110,10 +110,10 @@ def with_numbers(
     numbers: Array,
     least: int = MIN_DECIMALS,
 ) -> bytes:
-    """Return the text in which new numbers replace the given tokens.
+    """Return the text with some of its tokens replaced by new numbers.
 
-    All other bytes stay the same. A number keeps its number of decimals, but has at least `least`,
-    and never has an exponent.
+    All other bytes stay the same. A new number has as many decimals as the old one, but at least
+    `least`, and no exponent.
 
     Parameters
     ----------

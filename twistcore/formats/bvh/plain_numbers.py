@@ -71,7 +71,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the same as :func:`_points`, three times as fast, if all numbers have equal decimals.
+    """Do the work of :func:`_points` three times as fast if all numbers have equally many decimals.
 
     If the numbers of decimals differ, the result is None.
     """
@@ -84,7 +84,7 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the point and the end of each number, and the numbers grouped by decimals.
+    """Return the point and the end of each number, and the numbers grouped by count of decimals.
 
     For a number without a point, the point is its end. If a number has two points or too many
     decimals, the result is None.

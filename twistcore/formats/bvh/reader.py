@@ -212,7 +212,7 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
 
 
 def _other_count(declared: int, rows: int) -> str:
-    """Return the warning that the header declares another number of frames than there are rows."""
+    """Return a warning that the frame count in the header differs from the number of rows."""
     if rows > declared:
         return f"The header declares {declared} frames, but {rows} complete rows were read."
     missing = declared - rows
@@ -252,10 +252,10 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the frame rate that a Frame Time above one second probably means.
+    """Return the frame rate that was probably meant by a Frame Time above one second.
 
-    A whole number or a television rate, such as 29.97, is frames per second. Any other number is
-    milliseconds per frame.
+    A whole number or a television rate, such as 29.97, is read as frames per second. Any other
+    number is read as milliseconds per frame.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
@@ -268,7 +268,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     """Raise BvhError unless each frame begins on a new line. The last row may be incomplete.
 
     A frame may continue on several lines, but no line may contain parts of two frames. If a line
-    does, a number is missing earlier, and all later numbers are in the wrong channels.
+    does, a number is missing before it, and all later numbers are in the wrong channels.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)
@@ -291,7 +291,8 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
     """Return the first line that is too short or too long, and its found and expected counts.
 
-    `counts` lists the line number and the count of numbers of each line.
+    The line is a line number, and the counts are numbers of motion values. `counts` has the line
+    number and the found count of every line.
     """
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:

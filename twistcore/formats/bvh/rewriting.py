@@ -1,4 +1,4 @@
-"""Rewrite a BVH file with other angles, axes, units, channels, names or frame rates.
+"""Rewrite a BVH file with different angles, axes, units, channels, names or frame rates.
 
 Each function takes a clip and returns the clip after the change, with a list of what changed. Bytes
 that need not change stay the same.
@@ -42,8 +42,8 @@ class RewrittenJoint:
     numbers
         Number of motion values that differ or were removed.
     start, stop
-        The first frame with such a value, and the frame after the last one. Both are 0 if there are
-        none.
+        The first frame with such a value, and the frame after the last one. Both are 0 if no value
+        differs.
     frames
         Number of frames with such values.
     words
@@ -106,7 +106,7 @@ def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
 
 
 def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
-    """Express a clip in other axes and another unit.
+    """Convert a clip to different axes and a different unit.
 
     `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. Because such a rotation only
     renames axes and changes signs, numbers stay exact, except that numbers with exponents are
@@ -181,7 +181,7 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
 
 
 def at_rate(clip: BvhClip, fps: float) -> Rewriting:
-    """Resample a clip at another frame rate.
+    """Resample a clip at a different frame rate.
 
     Rotations are interpolated on the shorter arc, positions linearly. A frame at the time of a
     source frame keeps its bytes. In other frames, the numbers of joints that do not move stay the
@@ -197,7 +197,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     way[:, turning] = np.degrees(wrap(np.radians(way[:, turning])))
     values = held.values + share[:, None] * way
     q = at_times(clip.motion, times, 1.0 / fps).rotations
-    # In other joints, each axis is interpolated by itself.
+    # In other joints, each axis is interpolated separately.
     for joint, layout in enumerate(clip.channels):
         columns = np.array(layout.rotation, dtype=np.intp)
         moving = np.flatnonzero(way[:, columns].any(axis=1))
@@ -208,7 +208,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
 
 
 def rate_times(frames: int, frame_time: float, fps: float) -> Array:
-    """Return the times of the frames at another rate, in frames of the clip, (new frames,)."""
+    """Return the times of the frames at the rate `fps`, in frames of the clip, (new frames,)."""
     step = 1.0 / (frame_time * fps)
     simple = float(Fraction(step).limit_denominator(_SIMPLE))
     step = simple if abs(simple - step) < _SAME_RATE * step else step
@@ -218,7 +218,7 @@ def rate_times(frames: int, frame_time: float, fps: float) -> Array:
 
 
 def at_times(motion: Motion, times: Array, frame_time: float) -> Motion:
-    """Return a motion at other times, which are in frames. `frame_time` is in seconds."""
+    """Return a motion interpolated at `times`, which are in frames. `frame_time` is in seconds."""
     rotations, positions = resampled(motion.rotations, motion.positions, times)
     return Motion(motion.skeleton, rotations, motion.positioned, positions, frame_time)
 
@@ -280,14 +280,14 @@ def _header(clip: BvhClip) -> list[HeaderPlace]:
 
 
 def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:
-    """Return the places of the channels' words, each with its column."""
+    """Return the place of each channel's name in the header, with the channel's column."""
     counts = [len(layout.rotation) + len(layout.position) for layout in clip.channels]
     first = np.cumsum([0, *counts]).tolist()
     return [(p, first[p.joint] + p.place) for p in _header(clip) if p.kind == "channel"]
 
 
 def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
-    """Return a text in which other bytes replace the parts [start, stop), which are in order."""
+    """Return a text with the spans [start, stop), which are in order, replaced by new bytes."""
     pieces, done = [], 0
     for start, stop, new in parts:
         pieces += [text[done:start], new]

@@ -1,1 +1,1 @@
-"""The clip formats that are registered, one in each file."""
+"""The registered clip formats. Each module registers one format."""

@@ -1,4 +1,4 @@
-"""Register AMC, Acclaim's motion files, which need an .asf file in the same folder."""
+"""Register AMC: Acclaim's motion files, each with an .asf file in the same folder."""
 
 from twistcore.formats.suffixes import FormatInfo
 

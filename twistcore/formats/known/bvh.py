@@ -1,4 +1,4 @@
-"""Register BVH, Biovision's text format with skeleton and joint angles, the most common one."""
+"""Register BVH: Biovision's text format for a skeleton and joint angles, the most common format."""
 
 from twistcore.formats.suffixes import FormatInfo
 

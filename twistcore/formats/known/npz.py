@@ -1,4 +1,4 @@
-"""Register NPZ, numpy archives with poses of SMPL body models, as in AMASS."""
+"""Register NPZ: numpy archives with poses of SMPL body models, as in AMASS."""
 
 from twistcore.formats.suffixes import FormatInfo
 

@@ -1,4 +1,4 @@
-"""Register PKL, pickles with SMPL poses, as in AIST++, which are read without executing them."""
+"""Register PKL: pickles with SMPL poses, as in AIST++. They are read without being executed."""
 
 from twistcore.formats.suffixes import FormatInfo
 

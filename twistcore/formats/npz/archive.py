@@ -1,4 +1,4 @@
-"""Read single arrays of an .npz file, and replace arrays in the file's bytes."""
+"""Read individual arrays of an .npz file, and replace arrays in the file's bytes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened, on one line."""
+        """Return the names of the arrays as one short line for a message."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
@@ -82,8 +82,8 @@ class Archive:
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
         """Return the file's bytes with some arrays replaced by arrays of the same size and dtype.
 
-        Uncompressed arrays are replaced in place. If one is compressed, its length changes, so the
-        archive is packed again, with members in the same order and compressed as before.
+        Uncompressed arrays are overwritten in place. If a replaced array is compressed, its length
+        changes, so the whole archive is packed again. Members keep their order and compression.
 
         Raises NpzError if another array turns out to be damaged.
         """
@@ -171,7 +171,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for a message, shortened, on one line."""
+    """Return names as one short line for a message."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -267,7 +267,7 @@ def too_large(path: Path) -> NpzError:
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return the offset of each entry of the ZIP directory, and the offset of its member."""
+    """Return the offsets of each entry in the ZIP directory and of the entry's local header."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

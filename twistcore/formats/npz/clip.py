@@ -32,7 +32,7 @@ class NpzClip(Clip):
     place
         Name of the array with the root's position, or '' if there is none.
     trans
-        That array: the root's position minus `rest`, shape (frames, 3).
+        The array `place`: the root's position minus `rest`, shape (frames, 3).
     scale
         Units of `trans` per metre.
     rest
@@ -123,7 +123,7 @@ class NpzClip(Clip):
     def _turned(
         self, joint: int, changed: NDArray[np.bool_], q: Array
     ) -> tuple[Array, list[ChannelJump]]:
-        """Return a joint's changed rotation vectors, (n, 3), and its steps of over half a turn.
+        """Return a joint's changed rotation vectors, (n, 3), and its steps above half a turn.
 
         `changed` is a mask of frames, and `q` are the joint's new rotations in all frames, (frames,
         4).

@@ -18,7 +18,7 @@ def archive_without_poses(path: Path) -> bool:
 
 
 def pickle_without_poses(path: Path) -> bool:
-    """Return True if the name of SMPL poses is not at the beginning of a pickle."""
+    """Return True if the beginning of a pickle does not contain the name of SMPL poses."""
     try:
         with open_to_read(path) as file:
             return SMPL_POSES.encode() not in file.read(_HEAD)

@@ -1,14 +1,14 @@
 """Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
-A pickle can name any function to be called, but this module looks up no names. The few names that
-numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
-object that ignores all operations. Bytes are converted to arrays without numpy's own unpickling,
+A pickle can name any function to be called, but this module never looks up a name. The few names
+that numpy and joblib write for arrays are mapped to classes of this module, and all other names to
+an object that ignores all operations. Bytes are converted to arrays without numpy's own unpickling,
 which trusts the sizes in the file. The offset of an array's bytes in the file is kept, so that the
 array can be replaced by one of the same size.
 
-Because a pickle may use a value many times, a few bytes can describe a structure that would fill
-any memory or take forever. Therefore the number of instructions, the depth, and the size of the
-contents without sharing are limited (:class:`LimitError`).
+Because a pickle may refer to a value many times, a few bytes can describe a structure that would
+fill any memory or take forever. Therefore, the number of instructions, the depth, and the size of
+the contents are limited (:class:`LimitError`). The size includes every use of a value.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def _too_much(what: str) -> LimitError:
 
 
 class Unreadable:
-    """An object of an unsupported class, which ignores all operations."""
+    """An object of an unsupported class. All operations on it are ignored."""
 
     kind = "object"
 
@@ -83,7 +83,7 @@ _SET = Unreadable()  # replaces all sets, because no known file layout has sets
 
 
 class _Dtype(Unreadable):
-    """A replacement for numpy.dtype, which stores a type code and a byte order."""
+    """A replacement for numpy.dtype that stores a type code and a byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         plain = isinstance(letters, str) and len(letters) <= _DTYPE
@@ -103,7 +103,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """A replacement for numpy.ndarray, which is created empty and then filled by its state."""
+    """A replacement for numpy.ndarray. An array is created empty and then filled by its state."""
 
     value: Any = None
 
@@ -116,7 +116,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """A placeholder of joblib for an array whose bytes follow in the stream."""
+    """joblib's placeholder for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -137,8 +137,9 @@ class _Inline(Unreadable):
 def _as_key(key: Any) -> Any:
     """Return a key if it is a short string or a number, or else a placeholder.
 
-    Hashing a tuple takes as long as hashing all of its items, and a file can choose its hash.
-    Raises UnpicklingError for large integers, because their hashes may all be equal, too.
+    Tuples are replaced because hashing one takes as long as hashing all of its items, and because a
+    file can choose their hashes. Raises UnpicklingError for large integers, because their hashes
+    may all be equal, too.
     """
     if isinstance(key, int) and abs(key) > _KEY:
         raise pickle.UnpicklingError("a key is too large")
@@ -147,7 +148,7 @@ def _as_key(key: Any) -> Any:
 
 
 def _check_arguments(arguments: list[Any]) -> None:
-    """Raise UnpicklingError if a call has long arguments, because they would be copied."""
+    """Raise UnpicklingError if a call has too many arguments, because they would be copied."""
     if any(len(one) > _ARGUMENTS for one in arguments):
         raise pickle.UnpicklingError("a call has too many arguments")
 
@@ -181,7 +182,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an array of objects as a list, or the only item of one without axes."""
+    """Return the items of an array of objects as a list, or its only item if it has no axes."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -227,7 +228,7 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}
 
     def note(self, held: Any, start: int) -> None:
-        """Store the offset of some bytes, which are in the object `held`.
+        """Store `start`, the offset in the pickle of the bytes in the object `held`.
 
         A reference to `held` is kept, so that its id() stays unique.
         """
@@ -259,9 +260,9 @@ class _Counted(dict[int, Any]):
 
 # The base class is the version in Python, because joblib puts bytes between opcodes.
 class _Reader(pickle._Unpickler):
-    """An unpickler that looks up no names.
+    """An unpickler that never looks up names.
 
-    `source` is in memory, so that a false length cannot cause large allocations.
+    `source` is in memory, so a false length cannot cause large allocations.
     """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
@@ -295,7 +296,7 @@ class _Reader(pickle._Unpickler):
         return self._classes[module, name]
 
     def _encoded(self, text: Any, *_: object) -> bytes:
-        """Return the bytes that a text stands for. Each text is converted only once."""
+        """Return a string as bytes in Latin-1. Each string is encoded only once."""
         if not isinstance(text, str):
             raise pickle.UnpicklingError("a string is missing")
         if id(text) not in self._latin:
@@ -413,8 +414,8 @@ class _Reader(pickle._Unpickler):
 def read_pickle(data: bytes) -> Any:
     """Return the dicts, lists, strings, numbers and arrays of a pickle or joblib file.
 
-    Tuples and arrays of objects become lists, an array without axes becomes its object, and any
-    other object becomes :class:`Unreadable`.
+    Tuples and arrays of objects become lists. An array of objects without axes becomes its only
+    object, and an object of any other class becomes :class:`Unreadable`.
 
     Raises ValueError if the pickle is incomplete, and LimitError if it exceeds a limit.
     """
@@ -441,7 +442,8 @@ def _plain(found: Any, most: int) -> Any:
     """Return the contents with placeholders replaced by arrays, and tuples by lists.
 
     Raises LimitError if the contents are nested too deeply, or if the sum of their items and array
-    bytes would exceed `most` without sharing, as in a list that contains itself.
+    bytes exceeds `most`. The sum includes every use of a value, so a list that contains itself is
+    too large.
     """
     # Keyed by id(), with the old object so that its id() stays in use.
     known: dict[int, tuple[Any, Any, int]] = {}

@@ -155,7 +155,7 @@ def _by_parts(arrays: Arrays) -> PoseNames | None:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """Return the first choice of names whose arrays exist, with all joints in every frame."""
+        """Return the first choice of names whose arrays all have every joint in every frame."""
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]
@@ -178,7 +178,7 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return an array's number of values per frame, or 0 if it is not one person's vectors."""
+    """Return an array's number of values per frame, or 0 if its shape is wrong for one person."""
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

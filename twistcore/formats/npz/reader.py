@@ -53,8 +53,8 @@ def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     Raises
     ------
     NpzError
-        If the file is damaged or does not contain poses. Missing values that had to be assumed are
-        no error; they are listed in `Clip.warnings`.
+        If the file is damaged or does not contain poses. Missing values, such as the frame rate,
+        are not an error. Values that were assumed are listed in `Clip.warnings`.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
@@ -214,7 +214,10 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame, from the file or, with a warning, from the layout or 30 fps."""
+    """Return the seconds per frame from the file.
+
+    If the file has no rate, the layout's rate or 30 fps is used, and a warning is added.
+    """
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -282,7 +285,7 @@ def _repeated(
     names: tuple[str, ...],
     warnings: list[str],
 ) -> tuple[PosePart, ...]:
-    """Return the arrays that repeat numbers of the poses bit by bit."""
+    """Return the arrays that repeat numbers of the poses exactly, bit by bit."""
     found = []
     parts = {part.name for part in layout.parts}
     those = repr(POSES) if POSES in parts else "the array of poses"

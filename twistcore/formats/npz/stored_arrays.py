@@ -26,13 +26,13 @@ class Arrays(Protocol):
 
     @property
     def path(self) -> Path:
-        """The file, for messages."""
+        """Path of the file, for use in messages."""
         ...
 
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened, on one line."""
+        """Return the names of the arrays as one short line for a message."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
@@ -40,7 +40,7 @@ class Arrays(Protocol):
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with arrays replaced by others of the same size and dtype."""
+        """Return the file's bytes with arrays replaced by arrays of the same size and dtype."""
         ...
 
 
@@ -69,7 +69,7 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names of the arrays for a message, shortened, on one line."""
+        """Return the names of the arrays as one short line for a message."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:

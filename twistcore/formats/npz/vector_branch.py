@@ -1,4 +1,4 @@
-"""Choose among equivalent rotation vectors, so that they continue the neighbouring frames.
+"""Choose among equivalent rotation vectors, so that vectors are continuous over time.
 
 A rotation by |v| about v/|v| is also a rotation by |v| + 2πk about the same axis.
 """
@@ -18,7 +18,7 @@ _OWN = 1e-3  # weight of the distance to the file's vector, relative to the step
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return the rotation vectors of rotations that change least over time, radians, (n, 3).
+    """Return the equivalent rotation vectors that change least over time, radians, (n, 3).
 
     The path with the smallest Σ|Δv| is chosen. If several paths are equally short, the path nearest
     to the file's vectors is chosen.
@@ -52,9 +52,10 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path with the lowest sum of steps and costs.
+    """Return the index of the choice in each frame on the path with the lowest total cost.
 
-    The path is found with the Viterbi algorithm.
+    The total is the sum of the steps between frames and of `cost`. The path is found with the
+    Viterbi algorithm.
 
     Parameters
     ----------

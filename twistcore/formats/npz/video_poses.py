@@ -110,7 +110,7 @@ class VideoPoses:
 
     @property
     def path(self) -> Path:
-        """The file, for messages."""
+        """Path of the file, for use in messages."""
         return self.archive.path
 
     def __contains__(self, name: object) -> bool:
@@ -176,10 +176,7 @@ class VideoPoses:
         overwrite_array(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return the arrays in 'sequence_results' that repeat the person's numbers.
-
-        The dict is keyed by frame.
-        """
+        """Return arrays in 'sequence_results' that repeat the person's numbers, keyed by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -313,7 +310,10 @@ def _notes(own: Sequence[_Row], seen: Counter[int]) -> Iterator[str]:
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:
-    """Return the rotation vectors at `times`, (times, numbers), by slerp between rows."""
+    """Return rotation vectors, (times, numbers), interpolated between rows by slerp.
+
+    `times` are indices of rows and may be fractions.
+    """
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))
