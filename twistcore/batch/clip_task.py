@@ -120,16 +120,16 @@ def run_task(task: ClipTask) -> Outcome:
 def signature_of(path: Path | str) -> tuple[str, bool]:
     """Return a file's signature, and whether it is reliable.
 
-    The signature is a text with size, time and inode. A file with an unchanged, reliable signature
-    is unchanged. The signature of an AMC also depends on the skeletons in the folder, since the
-    clip needs one of them. Raises OSError.
+    The signature is a string with the file's size, modification time and inode. A file is unchanged
+    if its signature is reliable and unchanged. The signature of an AMC file also depends on the
+    skeleton files in its folder, because the clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := companion_of(path):
         with os.scandir(Path(path).parent) as entries:
             companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in companions:
-            with suppress(OSError):  # a broken link is no skeleton
+            with suppress(OSError):  # ignore broken links
                 states.append(entry.stat())
     texts = [f"{s.st_size} {s.st_mtime_ns} {s.st_ino}" for s in states]
     if texts[1:]:
@@ -139,12 +139,12 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Return True if a clip needs other files, such as an AMC, which needs a skeleton file."""
+    """Return True if a clip needs other files, such as the skeleton file of an AMC clip."""
     return bool(companion_of(path))
 
 
 def companion_of(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder, or an empty string."""
+    """Return the suffix of the other files that a clip needs, or an empty string if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 

@@ -86,7 +86,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 
 def _close_pages(dask_worker: Any) -> None:
-    """Close the HTTP port of a worker. Dask passes the worker because of the argument's name."""
+    """Close the HTTP port of a worker. Dask passes the worker to an argument with this name."""
     dask_worker.http_server.stop()
 
 

@@ -189,7 +189,10 @@ _LATER = " WHERE json_extract(excluded.document, '$.at') > json_extract(document
 
 @dataclass(frozen=True)
 class _Found:
-    """A clip's rows in all tables, keyed by column and checked, and further values of a query."""
+    """A clip's checked rows in all tables, each keyed by column.
+
+    `more` has the values of additional SQL expressions of the query.
+    """
 
     clip: Mapping[str, Any]
     parameters: Mapping[str, Any] | None
@@ -301,7 +304,8 @@ class Manifest:
     def _each_found(self, *more: str, source: str | None = None) -> Iterator[_Found]:
         """Yield the rows of all clips, sorted by name, or of one source.
 
-        `more` are SQL expressions. Raises FormatError if a row is missing or damaged.
+        `more` are additional SQL expressions to query. Raises FormatError if a row is missing or
+        damaged.
         """
         columns = [columns_of(table, alias, self._schema) for alias, table in _JOINED.items()]
         counts = (*_COUNTS, "(SELECT count(*) FROM decisions)")
@@ -344,7 +348,10 @@ class Manifest:
                     yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of the clip with this path or URL. Raises TwistError without one."""
+        """Return the record of the clip with this path or URL.
+
+        Raises TwistError if there is no such clip.
+        """
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found(source=source):
                 return _record(found)
@@ -447,11 +454,14 @@ class Manifest:
                         for (name, check), value in zip(checks.items(), row, strict=True):
                             check(value, name)
                         self._put(table, row, conflict)
-            except FormatError as error:  # it names the other file, not this one
+            except FormatError as error:  # the error names the other file, not this one
                 raise TwistError(str(error)) from None
 
     def _each_row(self, table: str, where: str = "1", *words: str) -> Iterator[tuple[Any, ...]]:
-        """Yield the checked rows of a table, which the condition calls t."""
+        """Yield the checked rows of a table.
+
+        `where` is an SQL condition in which the table is called t. `words` are its parameters.
+        """
         columns = columns_of(table, "t", self._schema)
         query = f"SELECT {columns} FROM {table} t WHERE {where}"
         for row in self._connection.execute(query, words):
@@ -465,7 +475,7 @@ class Manifest:
         known = self._connection.execute("PRAGMA user_version").fetchone()[0]
         if known == SCHEMA:
             return
-        with self.transaction():  # if it is killed before the end, the file stays as it was
+        with self.transaction():  # if the process is killed, the file stays unchanged
             if known:
                 add_checks(self._connection)
             else:
@@ -481,7 +491,7 @@ def timestamp() -> str:
 
 @contextmanager
 def _sqlite_errors(file: Path) -> Iterator[None]:
-    """Convert errors of SQLite to TwistErrors that name the file."""
+    """Convert SQLite errors to TwistErrors that name the file."""
     try:
         with errors_naming(file):
             yield

@@ -1,6 +1,6 @@
 """Provide the folder in which a batch works: a local folder, a temporary one, or a copy of a URL.
 
-A copy is uploaded to its URL at the end.
+A copy of the files at a URL is uploaded to the URL at the end.
 """
 
 from __future__ import annotations

@@ -163,5 +163,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with escapes instead of bytes that are not UTF-8, which Parquet requires."""
+    """Return the row with all bytes escaped that are not UTF-8, because Parquet requires UTF-8."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

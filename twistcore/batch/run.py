@@ -160,7 +160,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress, which stores the result and the corrected file of each finished clip."""
+    """A run in progress. It stores the result and the corrected file of each finished clip."""
 
     def __init__(
         self,
@@ -292,7 +292,10 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock the folder for this run, creating it if needed. Raises TwistError if it is locked."""
+    """Lock the folder for this run, creating it if needed.
+
+    Raises TwistError if another run has locked it.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for name in (LOCK, FOLDER):
         check_no_links(folder, folder / name)

@@ -100,7 +100,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row, with the file's new signature, if the file's bytes are unchanged, or None."""
+    """Return the row with the file's new signature, or None if the file's bytes have changed."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -113,7 +113,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row, marked as done, if another file with the same bytes has a result, or None.
+    """Return the row marked as done if another file with the same bytes has a result, else None.
 
     `mark` identifies the parameters. `sizes` are the sizes of all files with a result.
     """
