@@ -160,10 +160,10 @@ class Review:
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """The interval that each step of :attr:`history` changes.
+        """The interval that each step of :attr:`history` changes, in its state after the step.
 
-        It is the interval after the step or, if the step removes the interval, before the step. The
-        value is None if a step changes several intervals or none.
+        An interval that a step removes is in its state before the step. The value is None for a
+        step that changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
@@ -180,7 +180,7 @@ class Review:
     def take_reasons(self, found: Iterable[Interval]) -> None:
         """Add the evidence of detected intervals to equal intervals in all states of the history.
 
-        Adding evidence is not a step of the history.
+        `found` has the detected intervals. Adding evidence is not a step of the history.
         """
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)

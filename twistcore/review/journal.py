@@ -1,4 +1,4 @@
-"""Write every command of a review to a journal at once, so that a crash loses no decision.
+"""Write every command of a review to a journal immediately, so a crash does not lose decisions.
 
 A journal is a text file with one JSON document per line. The first line has the session at the time
 when the journal began, and the number of unsaved steps before it. Every other line has one of

@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Set the spans of frames that are excluded from tuning, as half-open (start, stop)."""
+    """Set the spans of frames that are excluded from tuning, each as frames [start, stop)."""
 
     spans: tuple[Span, ...]
 
@@ -31,7 +31,7 @@ class LeaveOut(Command):
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Sort half-open spans, and join spans that touch or overlap."""
+    """Sort spans of frames [start, stop), and join spans that touch or overlap."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

@@ -162,7 +162,7 @@ def write_session(
     review: Review | ReviewState | Clip,
     path: str | Path | Review | ReviewState,
 ) -> None:
-    """Write a review with its clip to a session file, atomically, to open or replay it later.
+    """Write a review of a clip to a session file, from which it can be continued or replayed.
 
     Arguments in the order of earlier versions, ``(path, clip, state)``, are also accepted.
 
@@ -174,7 +174,7 @@ def write_session(
         The decisions.
     path : str or Path
         The file to write, usually ``NAME.twist.json`` next to the clip. An existing file is
-        replaced.
+        replaced atomically.
 
     Raises
     ------
