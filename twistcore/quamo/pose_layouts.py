@@ -188,9 +188,9 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Split entries for each frame into the arrays of each person.
+    """Convert a dict of frames, each with its people's data, to the arrays of each person.
 
-    Frames in which a person was not seen, and the last pose is repeated, are left out.
+    Frames in which a person was not seen, so that the last pose is repeated, are left out.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):

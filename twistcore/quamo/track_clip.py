@@ -135,11 +135,11 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the joints that turn or move but are not tracked.
+    """Return the names of the joints that rotate or move but are not tracked.
 
     `joints` contains the joints whose rotations are tracked or smoothed, and `placed` is the joint
-    whose position is tracked, or None. The result consists of the names of the joints that turn and
-    of the joints whose position changes.
+    whose position is tracked, or None. The result is two sequences of names: the joints that rotate
+    and the joints whose position changes.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -158,7 +158,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range of values, (frames, n, components), within a capture, (n,)."""
+    """Return the largest range within a capture, (n,), of values, (frames, n, components)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
