@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence about the errors of the learned and of the detector's confidence."""
+        """Return a sentence about the calibration errors before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -114,7 +114,7 @@ def _only(values: set[str]) -> str:
 def fit_with_reliability(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence, and its reliability before and after learning.
+    """Return the learned confidence, and the reliability of confidences before and after learning.
 
     All three are None if there are too few verdicts. The reliability after learning is measured on
     clips, or on parts of a single clip, that were not used for learning.

@@ -1,4 +1,4 @@
-"""Estimate from a few verdicts how many automatic corrections of a folder are real errors.
+"""Estimate from a few verdicts how many automatic corrections in a folder correct real errors.
 
 Verdicts on the worst intervals say little about the rest, because large errors are more often real.
 Therefore, :func:`informative_order` spreads the first verdicts evenly over all confidences. A
@@ -46,7 +46,7 @@ class StatedPrecision:
     Attributes
     ----------
     share
-        Estimated fraction of real errors, 0…1.
+        Estimated fraction of the corrections that correct real errors, 0…1.
     low, high
         Limits of the 90 % confidence interval of `share`.
     verdicts
