@@ -1,7 +1,7 @@
 """Read and write the files of a class exercise: the exercise, the answers and the results.
 
-The exercise lists the intervals of a clip that students must judge, but not which of them are
-errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
+The exercise lists the intervals of a clip that students must judge, but does not say which of them
+are errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class StudentAnswer:
-    """A student's answer.
+    """A student's answer to a class exercise.
 
     Attributes
     ----------

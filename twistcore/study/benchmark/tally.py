@@ -41,7 +41,7 @@ class Tally:
         Number of pairs that the method changes in the same way in the clean clip, and the sum of
         these changes.
     target_pairs, target_damaged
-        `pairs` and `damaged` of the joints of the target only.
+        `pairs` and `damaged`, counted only in the joints of the target.
     truths, found, matched
         Number of true intervals, of detections, and of detections that match a true interval.
     alarms

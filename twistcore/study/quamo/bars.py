@@ -29,7 +29,7 @@ PAPER_STEPS = (
 )
 
 
-# The best ratios that methods reached which use only the past, or little more information, with the
+# The best ratios of methods that use only past frames, or little more information, with their
 # conditions, keyed by noise level. They were computed by benchmarks/quamo_bounds.py on the 37 clips
 # of docs/quamo-study.md.
 TaskBound = Mapping[str, tuple[float, str]]
@@ -213,6 +213,6 @@ def bound_checks(
 
 
 def bar_table(lines: Sequence[BoundCheck]) -> str:
-    """Return the table in Markdown."""
+    """Return a Markdown table of bound checks."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

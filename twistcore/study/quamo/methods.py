@@ -78,7 +78,7 @@ def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Arra
 
 
 def hand_methods() -> dict[str, Method]:
-    """Return the methods that need no training."""
+    """Return the methods with hand-tuned gains, which do not need training."""
     return {
         HAND: hand_method(),
         HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),

@@ -130,9 +130,10 @@ def _lag_table(late: Mapping[str, Array]) -> str:
 def ablation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Report the steps of [Le26 Table 3], the representations, the integration and acceleration.
+    """Report the effects of the steps of [Le26 Table 3] and of other choices.
 
-    The steps are compared on the clips for which every trained variant has a network.
+    These are the representation of rotations, the integration and the acceleration term. The steps
+    are compared on the clips for which every trained variant has a network.
     """
     everything = sequences
     sequences = _known(sequences, networks)
