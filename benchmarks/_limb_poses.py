@@ -1,7 +1,8 @@
 """Find impossible limb motion from the global positions and orientations of joints.
 
-A limb's joints are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. The judge
-:mod:`benchmarks.real_flips` uses this module. It does not use any code of the detectors.
+A limb's joints are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. The
+benchmark :mod:`benchmarks.real_flips` uses this module, which does not use any code of the
+detectors.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def pose(motion: Motion) -> Pose:
 def find(motion: Motion) -> tuple[Limb, ...]:
     """Find the arms and legs of a skeleton by name.
 
-    If no name is known, each two consecutive bones of similar length are a limb.
+    If no name is known, every two consecutive bones of similar length count as a limb.
     """
     names = motion.skeleton.names
     chains = find_chains(motion)
@@ -124,7 +125,7 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Return the angle in degrees by which a direction turned about a line in each frame.
+    """Return the angle in degrees by which a direction rotates about a line in each frame.
 
     The previous direction is first rotated by the smallest rotation from the previous line to the
     current one.
@@ -161,7 +162,7 @@ def off_line(c: Array, e: Array) -> tuple[Array, Array]:
 
 
 def most(fps: float) -> float:
-    """Return the largest angle, in degrees, by which a body segment can turn in one frame."""
+    """Return the largest angle, in degrees, by which a body segment can rotate in one frame."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -233,8 +234,8 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
     """Return the largest displacement of the given joints, as a share of the body height.
 
-    The result is 0 if rounding to `decimals` can explain the displacement. Rounding rotates each
-    joint above by at most half of the last decimal in each of its three channels.
+    The result is 0 if rounding to `decimals` can explain the displacement. Rounding rotates every
+    joint above the given ones by at most half of the last decimal in each of its three channels.
     """
     parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
     rounding = 1.5 * np.radians(10.0**-decimals)

@@ -105,7 +105,7 @@ class Day:
 class Person:
     """A simulated user of a running program.
 
-    If `mouse` is True, the user works only with the mouse, or else only with the keyboard.
+    If `mouse` is True, the user works only with the mouse. If not, only with the keyboard.
     """
 
     screen: RealScreen

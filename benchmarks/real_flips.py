@@ -5,8 +5,8 @@
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
 The joints of a limb are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. Every
-clip gets the automatic corrections of `twistcore refine`, is written, read back, and judged only by
-the world positions and orientations of its joints. These are judged:
+clip is corrected as by `twistcore refine`, written, read back, and judged only by the world
+positions and orientations of its joints. The following are counted:
 
 - impossible swivel: between two frames, C rotates about the line from P to E faster than any body
   can, while E hardly moves relative to P
