@@ -74,7 +74,10 @@ def _shows(interval: Interval, chain: Chain) -> float:
 
 
 def percent_affected(affected: int, frames: int) -> float:
-    """Return the percentage of affected frames, or 0 for a clip without frames."""
+    """Return the percentage of frames with an error, or 0 for a clip without frames.
+
+    `affected` is the number of frames with an error.
+    """
     return 100.0 * affected / frames if frames else 0.0
 
 

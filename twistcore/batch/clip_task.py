@@ -43,7 +43,7 @@ class ClipTask:
     parameters
         The processing parameters.
     memory
-        Bytes of memory allowed on top of the usual need of a clip of this size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     data
         The file's bytes for a process that cannot read the file, or None.
     """
@@ -69,8 +69,8 @@ class Outcome:
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature of the file that was read. The signature is '' if the file may
-        change without a change of its signature.
+        Hash, size and signature (:func:`signature_of`) of the file that was read. The signature is
+        '' if it is not reliable.
     seconds, peak_bytes
         Time and memory used for processing.
     corrected
@@ -95,7 +95,7 @@ class Outcome:
 
 
 def run_task(task: ClipTask) -> Outcome:
-    """Run a task. The function never raises an error; problems are described in the outcome."""
+    """Run a task and return its outcome. Errors are described in the outcome and never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}

@@ -174,7 +174,7 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers. Raises TwistError if the scheduler stopped."""
+    """Return the total number of the workers' threads. Raises TwistError without a scheduler."""
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())

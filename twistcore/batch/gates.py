@@ -177,7 +177,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return all broken rules: first those of each clip, in order, then those of the whole run.
+    """Return all broken rules: first for each clip, in order, and then for the whole run.
 
     `records` is iterated only once, so it may be a generator.
     """

@@ -119,9 +119,10 @@ def find_inputs(
 
 
 def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """Return the sources with their existing names, or with new, unique names.
+    """Return the sources with the names that they have in a batch, or with new, unique names.
 
-    `names` has the existing names, keyed by path. Sources with an existing name come first.
+    `names` has the names in the batch, keyed by path. Sources that the batch already has come
+    first.
     """
     known: list[Source] = []
     new: list[Source] = []

@@ -126,7 +126,7 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row, as a run reads and writes it.
+    """A clip's row in the manifest, as a batch run reads and writes it.
 
     The other fields are as in :class:`ClipRecord`.
 
@@ -410,13 +410,13 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the sizes in bytes of all files with a result for the parameters `mark`."""
+        """Return the sizes in bytes of all files with a result for the parameters' hash `mark`."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """Return True if there is a result for a file with this hash and the parameters `mark`."""
+        """Return True if a file with this hash has a result for the parameters' hash `mark`."""
         with _sqlite_errors(self.folder / FILE):
             where = "t.sha256 = ? AND t.mark = ?", escaped(sha256), escaped(mark)
             return any(True for _ in self._each_row("results", *where))
@@ -509,7 +509,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 
 def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the checked values of columns, keyed by name."""
+    """Check the values of columns, keyed by name, and return them. Raises FormatError."""
     checked_ones = {name: checked_column(name, value) for name, value in values.items()}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked_ones.items()}
 

@@ -24,7 +24,7 @@ from twistcore.files.ordinary import read_file
 
 @dataclass
 class Merged:
-    """The numbers of clips and the problems after a merge.
+    """The result of merging batch folders: numbers of clips, and problems.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def working_folder(output: str) -> Iterator[Path]:
 def _take_over(url: str, folder: Path) -> None:
     """Download the files at a URL if another machine has changed them since the last upload.
 
-    Raises TwistError if the local folder has changed since the last upload, too.
+    Raises TwistError if the local folder has also changed since the last upload.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:

@@ -56,7 +56,7 @@ class Limits:
     seconds
         Processor time, None for five minutes plus one minute per megabyte.
     memory
-        Bytes of memory allowed on top of the usual need of a clip of this size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     """
 
     seconds: float | None = None

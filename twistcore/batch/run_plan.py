@@ -91,7 +91,10 @@ def make_plan(
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of shard `index` (from 1) of `count`, chosen by the hash of their names."""
+    """Return the clips that belong to the shard `index`, counted from 1, of `count` shards.
+
+    The hash of a clip's name determines its shard.
+    """
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())

@@ -191,7 +191,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from a unit vector a to b, (4,), which must not be opposite."""
+    """Return the smallest rotation, (4,), from unit vector a to b. They must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

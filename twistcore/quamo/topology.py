@@ -31,7 +31,7 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The 24 joints within a skeleton.
+    """The 24 SMPL joints within another skeleton.
 
     Attributes
     ----------

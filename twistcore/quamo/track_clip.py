@@ -83,9 +83,9 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Return those of the given joints that are among the 24 joints of the networks.
+    """Return the given joints that are among the 24 joints of the networks.
 
-    If `strict` is True, raises TwistError if a joint is not among them.
+    If `strict` is True, any other joint raises TwistError.
     """
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
@@ -336,7 +336,7 @@ class _Piece:
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
     """Return the spans to track: the captures or, for a causal pass, all frames as one span.
 
-    In a causal pass, cuts are unknown.
+    A causal pass does not know where the cuts are.
     """
     return ((first, motion.frames),) if causal else pieces(motion, first)
 

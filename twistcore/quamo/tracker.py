@@ -97,7 +97,10 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller with the given gains, or with the default gains for both passes."""
+        """Return a controller with the same gains or, if none were given, the default gains.
+
+        The default gains are those for tracking forward and backward.
+        """
         del q_two, r_two
         return HandGains(self._given, causal=False)
 

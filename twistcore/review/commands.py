@@ -258,7 +258,7 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new τ and replace the intervals by the ones that are detected with it.
+    """Set a new τ and replace intervals by the intervals that are detected with it.
 
     The rules are:
 
@@ -435,7 +435,7 @@ class Track(Command):
 def _redetected(
     state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
 ) -> ReviewState:
-    """Return the state with `found` merged into some chains, by the rules of `Redetect`."""
+    """Merge detected intervals into some chains of a state, by the rules of `Redetect`."""
     chains, found = tuple(chains), tuple(found)
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id

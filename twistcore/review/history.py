@@ -187,7 +187,7 @@ class Review:
         self._change_all(change)
 
     def _change_all(self, change: Callable[[ReviewState], ReviewState]) -> None:
-        """Apply a change to every state, keeping the steps between them."""
+        """Apply a function to every state in the history, without adding a step."""
         self.state = change(self.state)
         for steps in (self._done, self._undone):
             steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]

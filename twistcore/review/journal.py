@@ -306,7 +306,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless `tau` has all chains of the rig and no names except its limbs."""
+    """Raise FormatError unless `tau` has exactly the rig's chains and, possibly, its limbs."""
     if motion is None:
         return
     try:

@@ -273,7 +273,8 @@ class ReviewState:
         include_open
             True to include open intervals.
         confidence
-            A function that returns the confidence of an interval, or None.
+            A function that returns the confidence of an interval, or None if it has none. By
+            default, this is the detector's confidence.
         """
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = automatic_corrections(

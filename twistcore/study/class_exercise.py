@@ -146,9 +146,9 @@ def read_answer(path: Path) -> StudentAnswer:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
-    """Compare the students' verdicts with the truth.
+    """Return a CSV table that compares the students' verdicts with the hidden errors.
 
-    The result is a CSV with one row per student, sorted by name.
+    `handed` are the students' answers. The table has one row per student, sorted by name.
     """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):

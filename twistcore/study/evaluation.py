@@ -171,7 +171,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, joints: Sequence[int]) -> Array:
-    """Return the largest angle between the rotations of some joints in two clips.
+    """Return the largest angle between the rotations of some joints in two clips, in each frame.
 
     `clean` and `other` have the shape (frames, joints, 4). The result is in radians, (frames,).
     """

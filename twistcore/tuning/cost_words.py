@@ -21,7 +21,7 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
 
 
 def count_words(cost: Cost) -> str:
-    """Return the number of false alarms as text, or '–' if no frame was examined."""
+    """Return the number of false alarms as a string, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 

@@ -31,7 +31,8 @@ class DrawnErrors:
     kind
         Index of the protocol from which each error was drawn, shape (errors,).
     draw
-        Index of each error's draw, shape (errors,).
+        Index of the draw to which each error belongs, shape (errors,). Errors injected together
+        form a draw.
     repaired
         Number of repaired frames of each error at each of n values of τ, shape (errors, n).
     """

@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence about the calibration errors before and after learning."""
+        """Return a sentence on the calibration error of the confidence before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -78,9 +78,10 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return a profile with a τ for every reviewed chain, as suggested in `found`.
+    """Return a profile with a τ for every reviewed chain.
 
-    The rig and the performer are included if they are the same in all clips.
+    `found` has the common τ and the chains that need their own τ. The rig and the performer are
+    included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})

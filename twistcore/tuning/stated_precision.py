@@ -74,9 +74,10 @@ def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]
 def verdicts_on(
     corrections: Sequence[AutomaticCorrection], state: ReviewState
 ) -> tuple[bool | None, ...]:
-    """Return a person's verdict on each correction: True if accepted, False if rejected, or None.
+    """Return a person's verdict on each correction: True if accepted, False if rejected.
 
-    Intervals that were accepted in bulk or applied automatically have no verdict.
+    The verdict is None if there is none, as for intervals that were accepted in bulk or applied
+    automatically.
     """
     decided = [
         j

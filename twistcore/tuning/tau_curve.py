@@ -246,7 +246,7 @@ class Cost:
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """Return the total cost of several chains, each with its own τ in radians.
+    """Return the total cost of several chains, given pairs of a chain's curve and its τ (radians).
 
     The error frames and alarms of all chains are added. `minutes`, the duration of the clips, is
     the same for all chains. By default, the largest `minutes` of the curves is used.

@@ -57,7 +57,7 @@ class ClipResult:
     dropped
         Number of frames before the capture that were left out.
     tallies
-        Counts and sums.
+        Counts and sums for each protocol, method, side and segment.
     fidelity
         Cost of each method on the clean clip.
     events

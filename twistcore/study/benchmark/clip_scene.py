@@ -86,7 +86,10 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Names of the chains and limbs with natural events, which the audited tables leave out."""
+        """Names of the chains and limbs with natural events, which are detections in clean motion.
+
+        The audited tables leave these chains and limbs out.
+        """
         return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:

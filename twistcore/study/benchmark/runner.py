@@ -44,7 +44,7 @@ class BenchmarkSummary:
     dropped
         Number of frames that were left out at the start of clips.
     tallies
-        Counts and sums.
+        Counts and sums for each protocol, method, side and segment.
     fidelity
         Cost of each method on each clean clip, keyed by method.
     events, problems

@@ -78,7 +78,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The key of a tally.
+    """The protocol, method and chains that a tally counts.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ Tallies: TypeAlias = dict[Key, Tally]
 
 
 def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
-    """Add `more` to `total` in place."""
+    """Add the tallies in `more` to the tallies in `total` with the same keys, in place."""
     for key, tally in more.items():
         total[key] = total[key] + tally if key in total else tally
 
@@ -125,5 +125,5 @@ def error_tally(before: Array, after: Array) -> Tally:
 
 
 def in_millionths(value: float) -> int:
-    """Return a value in millionths, rounded."""
+    """Convert a value to millionths, rounded to an integer."""
     return round(float(value) * MICRO)
