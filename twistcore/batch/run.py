@@ -115,7 +115,7 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that have no result in the manifest of a batch folder.
+    """Process the clips that have no result yet, and store their results in a batch folder.
 
     Parameters
     ----------

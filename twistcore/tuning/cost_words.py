@@ -26,7 +26,7 @@ def count_words(cost: Cost) -> str:
 
 
 def band_words(cost: Cost) -> str:
-    """Return a sentence about the confidence interval of the FSR."""
+    """Return a sentence about the confidence interval of the FSR, the share of repaired frames."""
     if math.isnan(cost.low):
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high

@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence on the calibration error of the confidence before and after learning."""
+        """Return a sentence on the confidence's calibration error before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "

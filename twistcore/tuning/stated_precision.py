@@ -103,7 +103,8 @@ def informative_order(confidence: Array) -> list[int]:
     -------
     list of int
         Indices of the corrections. The corrections are sorted by confidence and visited in a van
-        der Corput sequence, so any number of first verdicts is spread evenly over the confidences.
+        der Corput sequence, so the first k verdicts are spread evenly over the confidences, for
+        any k.
     """
     if not (count := len(confidence)):
         return []
