@@ -73,7 +73,7 @@ def measured(motion: Motion, rng: np.random.Generator) -> tuple[Array, int] | No
 
 
 def main() -> None:
-    """Measure every frame rate."""
+    """Measure the smoothing at every frame rate, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--seeds", type=int, default=3)

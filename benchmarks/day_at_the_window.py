@@ -259,7 +259,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """Continue after a kill. Check that the clip is offered again with all its decisions."""
+    """Restore the review after a kill, and check that the clip has all its decisions."""
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
     person.program.until("window.document.data is not None", 60.0)

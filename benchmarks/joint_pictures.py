@@ -136,7 +136,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a `Find` of :mod:`benchmarks.atlas` into a file."""
+    """Draw a detection into a file. `find` is a `Find` of :mod:`benchmarks.atlas`."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,

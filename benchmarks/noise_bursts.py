@@ -89,7 +89,7 @@ def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counte
 
 
 def main() -> None:
-    """Measure every frame rate."""
+    """Measure the detection at every frame rate, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

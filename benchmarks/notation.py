@@ -86,7 +86,7 @@ class Notation:
         return kept, max(1, round(HELD_FPS * kept / fps)) if self.held else 1
 
     def written(self, clip: BvhClip, often: int) -> BvhClip:
-        """Return the kept frames of a clip in this notation, with each repeated `often` times."""
+        """Return the kept frames of a clip in this notation, each frame repeated `often` times."""
         values, fps = clip.values.copy(), 1.0 / clip.frame_time
         angles = [k for c in clip.channels for k in c.rotation]
         if self.step:

@@ -79,14 +79,14 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip.
+        """Add the counts of one clip.
 
         Parameters
         ----------
         clean
-            The motion without errors with which the refined motion is compared.
+            The motion without errors, with which the corrected motion is compared.
         dirty, refined
-            The motion with errors, and the motion after the refinement.
+            The motion with errors, and the motion after the correction.
         found
             The detected intervals.
         errors

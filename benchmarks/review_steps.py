@@ -104,7 +104,7 @@ def serve(clip: Path) -> None:
 
 
 class Worker:
-    """A window of a checkout, running in a separate process."""
+    """A window of the program in a checkout, running in a separate process."""
 
     def __init__(self, root: Path, folder: Path, clip: Path) -> None:
         folder.mkdir()

@@ -105,7 +105,7 @@ class DrawnErrors:
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
     def _variance_between_draws(self, p: Array) -> Array:
-        """Return the variance of :attr:`fsr`, given as `p`, between draws, (n,), or 0 for one draw."""
+        """Return the variance of :attr:`fsr` (`p`) between draws, (n,), or 0 for a single draw."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1
         if draws < 2:
