@@ -155,7 +155,8 @@ def turns(line: Array, side: Array) -> Array:
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
     """Return the direction from P to E, and the component of C perpendicular to it.
 
-    `c` and `e` are the positions of C and E relative to P. All arrays have the shape (frames, 3).
+    `c` and `e` are the positions of C and E, the middle joint and the end of a limb, relative to
+    its first joint P. All arrays have the shape (frames, 3).
     """
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
@@ -167,7 +168,10 @@ def most(fps: float) -> float:
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return the rotations of a limb about the line P-E that are too fast for a body."""
+    """Return the rotations of a limb that are too fast for a body.
+
+    Only rotations about the line from the limb's first joint to its end are examined.
+    """
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -178,7 +182,9 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the usual side of C, shape (3,): the median direction from the line P-E to C.
+    """Return the usual side of a limb's middle joint C, shape (3,).
+
+    This is the median direction from the line between the limb's first joint P and its end E to C.
 
     The direction is in the coordinates of P's parent. To exclude flips, the median is repeated over
     the frames that agree with the previous median.
@@ -194,7 +200,7 @@ def own_side(world: Pose, limb: Limb) -> Array:
 
 
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Return the frames in which C is on the wrong side of the limb.
+    """Return the frames in which the middle joint is on the wrong side of the limb.
 
     `own` is the usual side, from :func:`own_side`.
     """

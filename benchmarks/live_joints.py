@@ -87,7 +87,10 @@ def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Ite
 
 
 def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
-    """Return the FSR in per cent over all chains of a scene, with errors in one chain at a time."""
+    """Return the percentage of repaired error frames (FSR) over all chains of a scene.
+
+    Errors are injected into one chain at a time.
+    """
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():

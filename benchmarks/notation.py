@@ -112,7 +112,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """Return the clip with other rows of numbers, as if read from a file."""
+    """Return the clip with different rows of numbers, as if read from a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data

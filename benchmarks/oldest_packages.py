@@ -58,7 +58,7 @@ def install(folder: Path, resolution: str, python: str) -> None:
 
 
 def answer(environment: Path) -> None:
-    """Write the detections in each clip, and the corrected clip, to `answers`."""
+    """Write the detections in each clip, and the corrected clip, to the folder `answers`."""
     (environment / "answers").mkdir()
     for clip in sorted((ROOT / "assets").glob("*.bvh")):
         to = environment / "answers" / clip.name

@@ -231,8 +231,8 @@ class Manifest:
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
         """Open the manifest of a folder.
 
-        If there is none, it is created if `create` is True. Raises TwistError if it is missing,
-        damaged or not a manifest.
+        A missing manifest is created if `create` is True. Raises TwistError if the manifest is
+        missing, damaged or of another program.
         """
         folder = Path(folder)
         file = folder / FILE
@@ -302,7 +302,7 @@ class Manifest:
             ]
 
     def _each_found(self, *more: str, source: str | None = None) -> Iterator[_Found]:
-        """Yield the rows of all clips, sorted by name, or of one source.
+        """Yield the rows of all clips, sorted by name, or only the rows of the clip `source`.
 
         `more` are additional SQL expressions to query. Raises FormatError if a row is missing or
         damaged.
@@ -442,7 +442,7 @@ class Manifest:
         self._put("results", values, "(sha256, mark) DO {update}")
 
     def take_over(self, other: Manifest) -> None:
-        """Copy the parameters, results and decisions of another manifest, without the clips.
+        """Copy the parameters, results and decisions of another manifest, but not its clips.
 
         Of two decisions on the same clip, the later is kept. Call this within a transaction.
         """

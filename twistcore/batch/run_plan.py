@@ -16,7 +16,7 @@ from twistcore.files.marks import sha256_of
 
 @dataclass
 class Plan:
-    """The plan of a run.
+    """The plan of a batch run: the clips to process, and the clips with known results.
 
     Attributes
     ----------

@@ -116,8 +116,8 @@ def placed_joint(motion: Motion) -> int | None:
 def check_place(motion: Motion, *, learned: bool = False) -> None:
     """Raise TwistError if the position of the figure cannot be tracked.
 
-    It must have position channels. `learned` is True for learned gains, which track only the
-    position of the root of the 24 joints.
+    The figure must have position channels. `learned` is True for learned gains, which track only
+    the position of the root of the 24 joints.
     """
     if (placed := placed_joint(motion)) is None:
         raise TwistError(

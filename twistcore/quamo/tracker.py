@@ -292,7 +292,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Return a sentence about the joints that differ by more than 90° between the passes, or ''.
+    """Return a sentence about joints whose rotations in the two passes differ by over 90°, or ''.
 
     `apart` is the mask of these joints, (frames, joints), and `names` contains the names of the
     joints.

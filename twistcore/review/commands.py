@@ -88,7 +88,7 @@ class Decide(Command):
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision, or without name and time if the decision is reset."""
+        """Return the state with the decision. Resetting a decision also removes name and time."""
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided

@@ -155,7 +155,7 @@ class Review:
 
     @property
     def history(self) -> tuple[str, ...]:
-        """The names of all steps: first the done ones (:attr:`position`), then the undone ones."""
+        """The names of all steps: first the :attr:`position` done steps, then the undone steps."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
@@ -169,7 +169,7 @@ class Review:
 
     @property
     def position(self) -> int:
-        """The number of steps that are done, which is also an index into :attr:`history`."""
+        """The number of done steps, which is also the index of the next redo in :attr:`history`."""
         return len(self._done)
 
     @property

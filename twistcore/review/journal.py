@@ -376,7 +376,7 @@ def command_to_json(command: Command) -> dict[str, Any]:
 
 
 def command_from_json(entry: Any) -> Command:
-    """Return the command in a dict from :func:`command_to_json`. Raises FormatError if damaged."""
+    """Convert a dict from :func:`command_to_json` to a command. Raises FormatError."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, **entry}

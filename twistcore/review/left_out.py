@@ -57,7 +57,7 @@ def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Read the left-out spans of a session or journal. Raises FormatError if they are damaged."""
+    """Convert JSON data of a session or journal to left-out spans. Raises FormatError."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

@@ -235,7 +235,7 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval of the review that may be the same and has the same frames, or None.
+        """Return an interval with the same frames that may be the same error, or None.
 
         Rejected intervals are ignored.
         """

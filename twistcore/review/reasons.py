@@ -28,8 +28,8 @@ def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewSta
 
     An interval gets the evidence of an interval in `found` with the same chain, kind, joint and
     frames. Intervals that already have evidence or were made by hand stay the same. If the function
-    is called again with the same state, it returns the same object. A state to which nothing is
-    added is returned unchanged.
+    is called again with the same state, it returns the same object. If there is nothing to add, it
+    returns the state unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}

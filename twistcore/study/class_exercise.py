@@ -188,7 +188,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Return the intervals or verdicts. Raises FormatError if there are too many to compare."""
+    """Return the intervals or verdicts unchanged. Raises FormatError if there are too many."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -201,7 +201,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return the interval in a JSON entry.
+    """Convert a JSON entry to an interval.
 
     Its constant offset is a broadcast array, which saves memory.
     """

@@ -123,7 +123,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals, chain by chain, as {index of error: index of interval}."""
+    """Match errors with intervals of their chains. Return {index of error: index of interval}."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

@@ -108,7 +108,7 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the fraction of missed error frames plus priced alarms at every τ, shape (n,).
+        """Return the fraction of missed error frames plus the price of alarms at every τ, (n,).
 
         `price` is the fraction of the error frames that avoiding one false alarm may cost, per clip
         or per minute of a longer clip. Errors below `smallest` radians need not be found.

@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector that looks for natural events in the clean clips."""
+        """Return the detector whose detections in the clean clips count as natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
@@ -85,7 +85,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Return the result in JSON data.
+    """Convert JSON data to a result.
 
     Raises KeyError, TypeError or ValueError if the data are invalid.
     """

@@ -93,7 +93,7 @@ class CleanScene:
         return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return the index and the targets of each pass.
+        """Return the index of each pass and the targets into which it injects errors.
 
         Depending on the protocol, the targets are a chain, a limb, a chain and the next one, or
         several independent chains.

@@ -137,7 +137,7 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table: a ratio and its bound.
+    """A row of the table of bounds: a ratio and its bound.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ class BoundCheck:
         return "**not met**"
 
     def line(self) -> str:
-        """Return the row in Markdown."""
+        """Return the row of the Markdown table."""
         bound = "–" if self.bound is None else f"{'≥' if self.above else '≤'} {self.bound:.2f}"
         return (
             f"| {self.check} | {self.paper} | {bound} | "

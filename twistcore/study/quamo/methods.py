@@ -113,7 +113,7 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Return the clips in which the root passes a discontinuity of some representation."""
+    """Return the clips in which the root passes a discontinuity of any rotation representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 

@@ -49,7 +49,7 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add.
+    """The synthetic noise to add to poses.
 
     Attributes
     ----------

@@ -61,7 +61,7 @@ WINDOW = 100  # number of frames of a window [Le26 §4.2]
 
 @dataclass(frozen=True, eq=False)
 class StudyReport:
-    """A report, as Markdown and as a JSON document."""
+    """A report of a QuaMo study, as Markdown and as a JSON document."""
 
     markdown: str
     document: dict[str, Any]
@@ -72,7 +72,7 @@ def evaluation_report(
 ) -> StudyReport:
     """Report how learned and hand-tuned gains compare with the rivals and with the bounds.
 
-    Only clips of subjects for which there is a network that was trained without them are used.
+    Only clips of subjects that have a network trained without them are used.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
