@@ -24,7 +24,7 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """A change of a review.
+    """A change to the state of a review.
 
     If `apply` raises an exception, the review is unchanged.
     """
@@ -51,7 +51,7 @@ class Command(ABC):
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the decision on intervals.
+    """Set a reviewer's decision on one or more intervals.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ class Decide(Command):
 class Sign(Command):
     """Add a reviewer's name to decisions that were made without a name.
 
-    Signing is not a step of the history, because :class:`Review` adds the name in every state. So
-    an undo reverts the last decision, and the other decisions remain signed.
+    Signing is not a step of the history, because :class:`Review` adds the name in every state. An
+    undo therefore reverts the last decision, and the other decisions remain signed.
     """
 
     ids: tuple[int, ...]

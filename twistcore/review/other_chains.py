@@ -1,4 +1,4 @@
-"""Change the chains of a review, with their τ, and detect again where the change has an effect."""
+"""Change the chains of a review, and detect errors again in the chains that this affects."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ _SIZES = 50.0, 150.0  # smallest and largest angle, degrees; they are visible on
 
 @dataclass(frozen=True)
 class ExerciseScore:
-    """The score of a review.
+    """The score of a student's review of an exercise.
 
     Attributes
     ----------

@@ -42,7 +42,7 @@ class LearnedProfile:
         Reliability of the learned confidences, on verdicts that were not used for learning, or
         None.
     held_out
-        A word for the parts that were left out one by one, such as 'clips'.
+        A word for the groups of verdicts that were left out for testing, such as 'clips'.
     """
 
     profile: Profile

@@ -36,7 +36,7 @@ class BenchmarkRow:
     protocol, method
         Names of protocol and method.
     audited
-        True for results of chains without natural events only.
+        True if only chains without natural events are counted.
     side, segment
         The side ('' for both), and the segment (OVERALL for all).
     tally

@@ -17,7 +17,7 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts and sums over any number of passes.
+    """Counts and sums over any number of passes, each of which injects errors into one target.
 
     Angles are in millionths of a degree, and squares of angles in millionths of a square degree. A
     *pair* is a joint in a frame.

@@ -1,7 +1,7 @@
 """Write the reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
-Reports are written as Markdown and as JSON. The paper's results come from other data [Le26 Tables
-1, 3]. So only ratios to the input can be compared, and no table is a reproduction.
+Reports are written as Markdown and as JSON. The paper's results come from different data [Le26
+Tables 1, 3]. Therefore, only ratios to the input can be compared, and no table is a reproduction.
 """
 
 from __future__ import annotations
