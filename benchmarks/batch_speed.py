@@ -42,7 +42,7 @@ WAYS = {
     "shards": ("--workers", "2"),
 }
 _LIMBS = ("LeftUpLeg", "LeftLeg", "LeftFoot"), ("RightArm", "RightForeArm", "RightHand")
-_FRAMES = 60, 120  # of a made clip
+_FRAMES = 60, 120  # smallest and largest number of frames of a generated clip
 _SHARDS = 2
 
 
@@ -178,7 +178,7 @@ def main() -> None:
     marks = set[str]()
     with tempfile.TemporaryDirectory() as folder:
         for k in range(arguments.rounds):
-            for name in arguments.ways:  # in turns, so that load on the machine affects all
+            for name in arguments.ways:  # in turn, so that other load affects all
                 out = Path(folder, f"{name}-{k}")
                 costs[name].append(process_clips(arguments.folder, out, name))
                 marks.add(mark(out))

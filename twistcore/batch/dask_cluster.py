@@ -70,7 +70,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
                     silence_logs=50,
                     security=security,
                 )
-                local.loop.add_callback(local.scheduler.http_server.stop)  # its port is open anyway
+                local.loop.add_callback(local.scheduler.http_server.stop)  # open in any case
             client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise TwistError(f"{address}: the Dask scheduler does not answer ({error})") from None

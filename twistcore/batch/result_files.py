@@ -147,7 +147,7 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
     Raises TwistError if pyarrow is not installed, and OSError if the file cannot be written.
     """
     try:
-        import pyarrow as pa  # an extra, and half a second
+        import pyarrow as pa  # optional, and slow to import
         import pyarrow.parquet as pq
     except ImportError:
         raise TwistError(

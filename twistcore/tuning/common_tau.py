@@ -173,9 +173,8 @@ def common_tau(
         new = {k: g for k, (g, sure) in gains.items() if g > 0 and sure >= 1 - _DOUBT / tested}
         if not new:
             break
-        most = max(
-            new, key=lambda name: new[name]
-        )  # one at a time, since the common τ then changes
+        # Only one chain at a time, since the common τ then changes.
+        most = max(new, key=lambda name: new[name])
         apart[most] = new[most]
     common = common or verdict_curve(clips).suggested(price, smallest)
     chains = []
