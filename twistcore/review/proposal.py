@@ -106,10 +106,11 @@ def _stretch_at(
 ) -> Interval | None:
     """Return the stretch that a jump begins or ends, or None.
 
-    A stretch that the detector finds is preferred. If there is none, two spans are compared: from
-    the previous jump of the joint (or the clip's start) to this jump, and from this jump to the
-    next jump (or the clip's end). The stretch is the span in which the roll is farther from the
-    usual roll or, if the usual roll is unknown, the shorter span.
+    In a stretch, the joint stays rotated about its bone. A stretch that the detector finds is
+    preferred. If there is none, two spans are compared: from the previous jump of the joint (or the
+    clip's start) to this jump, and from this jump to the next jump (or the clip's end). The stretch
+    is the span in which the roll is farther from the usual roll or, if the usual roll is unknown,
+    the shorter span.
 
     The result is None if the roll differs by less than half of the jump in both spans, or if
     rotating the joint back about its bone leaves more than half of a joint jump.
