@@ -174,7 +174,10 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the total number of the workers' threads. Raises TwistError without a scheduler."""
+    """Return the total number of threads of the workers.
+
+    Raises TwistError if the scheduler has stopped.
+    """
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())
