@@ -19,7 +19,7 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of a clip, print a table, and return the exit code, 1 if a target is missed.
+    """Measure a copy of a clip, print a table, and return the exit code: 1 if a target is missed.
 
     Parameters
     ----------

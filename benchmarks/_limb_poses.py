@@ -1,7 +1,8 @@
 """Find impossible limb motion from the global positions and orientations of joints.
 
-A limb's joints are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. The judge
-:mod:`benchmarks.real_flips` uses this module. It does not use any code of the detectors.
+A limb's joints are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. The
+benchmark :mod:`benchmarks.real_flips` uses this module, which does not use any code of the
+detectors.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def pose(motion: Motion) -> Pose:
 def find(motion: Motion) -> tuple[Limb, ...]:
     """Find the arms and legs of a skeleton by name.
 
-    If no name is known, each two consecutive bones of similar length are a limb.
+    If no name is known, every two consecutive bones of similar length count as a limb.
     """
     names = motion.skeleton.names
     chains = find_chains(motion)
@@ -124,7 +125,7 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Return the angle in degrees by which a direction turned about a line in each frame.
+    """Return the angle in degrees by which a direction rotates about a line in each frame.
 
     The previous direction is first rotated by the smallest rotation from the previous line to the
     current one.
@@ -154,19 +155,23 @@ def turns(line: Array, side: Array) -> Array:
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
     """Return the direction from P to E, and the component of C perpendicular to it.
 
-    `c` and `e` are the positions of C and E relative to P. All arrays have the shape (frames, 3).
+    `c` and `e` are the positions of C and E, the middle joint and the end of a limb, relative to
+    its first joint P. All arrays have the shape (frames, 3).
     """
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
 
 
 def most(fps: float) -> float:
-    """Return the largest angle, in degrees, by which a body segment can turn in one frame."""
+    """Return the largest angle, in degrees, by which a body segment can rotate in one frame."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return the rotations of a limb about the line P-E that are too fast for a body."""
+    """Return the rotations of a limb that are too fast for a body.
+
+    Only rotations about the line from the limb's first joint to its end are examined.
+    """
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -177,7 +182,9 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the usual side of C, shape (3,): the median direction from the line P-E to C.
+    """Return the usual side of a limb's middle joint C, shape (3,).
+
+    This is the median direction from the line between the limb's first joint P and its end E to C.
 
     The direction is in the coordinates of P's parent. To exclude flips, the median is repeated over
     the frames that agree with the previous median.
@@ -193,7 +200,7 @@ def own_side(world: Pose, limb: Limb) -> Array:
 
 
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Return the frames in which C is on the wrong side of the limb.
+    """Return the frames in which the middle joint is on the wrong side of the limb.
 
     `own` is the usual side, from :func:`own_side`.
     """
@@ -233,8 +240,8 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
     """Return the largest displacement of the given joints, as a share of the body height.
 
-    The result is 0 if rounding to `decimals` can explain the displacement. Rounding rotates each
-    joint above by at most half of the last decimal in each of its three channels.
+    The result is 0 if rounding to `decimals` can explain the displacement. Rounding rotates every
+    joint above the given ones by at most half of the last decimal in each of its three channels.
     """
     parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
     rounding = 1.5 * np.radians(10.0**-decimals)

@@ -237,9 +237,9 @@ def _run(files: Sequence[str], plugin: object) -> int:
 
 
 def changed_in_place(name: str, source: str) -> bool:
-    """Replace the code of an imported module's functions by their code in another source.
+    """Replace the code of an imported module's functions by their code in the source of a mutant.
 
-    Returns False if no function differs, which means that the change is outside functions. Raises
+    Return False if no function differs, which means that the change is outside functions. Raises
     any exception that occurs when the source is run.
     """
     module = sys.modules.get(name)
@@ -261,7 +261,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """Return True if two code objects do the same. (== also compares whether they have run.)"""
+    """Return True if two code objects do the same. (== also depends on whether they have run.)"""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))

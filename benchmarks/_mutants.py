@@ -99,7 +99,7 @@ def _shown(old: str, new: str, around: int = 24) -> str:
 
 
 def _alike(a: str, b: str) -> int:
-    """Return the length of the common beginning of two texts."""
+    """Return the length of the common prefix of two strings."""
     pairs = enumerate(zip(a, b, strict=False))
     return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))
 

@@ -13,9 +13,9 @@ EVERYTHING = ("--min-confidence", "0", "--include-open")  # options to correct a
 
 
 def refine_file(path: Path, output: Path, *words: str) -> None:
-    """Write the corrected clip to `output`. Raises TwistError if it cannot be corrected.
+    """Correct the clip at `path` and write it to `output`. Raises TwistError if this fails.
 
-    `words` are further options of the command.
+    `words` are additional options of `twistcore refine`.
     """
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):

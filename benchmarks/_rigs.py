@@ -269,7 +269,7 @@ def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = 
             if helper.bend:
                 rotation = exponential(helper.bend * bend)
             length = float(np.linalg.norm(bone))
-            # The sides differ although one helper is made for both.
+            # On a bone of the trunk, the helper of the second side is mirrored.
             out = helper.aside * (1.0 if k == 0 or joint >= 0 else -1.0)
             offset = helper.at * bone + out * length * across
             made.add(name, made.names.index(above), offset, rotation)

@@ -1,4 +1,4 @@
-"""Count the objects that the program keeps: memory, files, threads, widgets, clips and reviews."""
+"""Count what the program keeps alive: memory, files, threads, widgets, clips and reviews."""
 
 from __future__ import annotations
 

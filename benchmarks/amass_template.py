@@ -7,7 +7,8 @@ are rotated by DEG from those of the template, each bone in a different directio
 real body are up to 8° away from the axes of a T-pose.) For each DEG, the table shows
 
 - the number of counter-twists that are found with the body,
-- the number of these that are also found in the same frames without it, and of others, and
+- the number of these that are also found, in the same frames, without the body,
+- the number of other counter-twists that are found without the body, and
 - how far joints of the real body move if the counter-twists are corrected about the template's
   bones.
 """

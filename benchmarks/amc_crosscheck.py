@@ -82,7 +82,7 @@ def compared(amc: Path, bvh: Path) -> Compared:
 
 
 def _largest(mine: Motion, theirs: Motion, scale: float) -> np.ndarray:
-    """Return the largest distance of each joint over all frames, shape (joints,)."""
+    """Return the largest distance between both positions of each joint, shape (joints,)."""
     places = [forward_kinematics(m)[1] for m in (mine, theirs)]
     return np.linalg.norm(places[0] - scale * places[1], axis=-1).max(axis=0)
 

@@ -2,8 +2,8 @@
 
     python -m benchmarks.amc_round_trip FOLDER [--flip]
 
-Every clip in the folder is corrected as by `twistcore refine`, and the output is compared with the
-source word by word. Only the numbers of bones in frames that an accepted interval changes may
+Every clip in the folder is corrected as `twistcore refine` does, and the output is compared with
+the source word by word. Only the numbers of bones in frames that an accepted interval changes may
 differ. With --flip, a limb flip of 170° about the right leg's line, including the foot, is first
 injected into 12 frames, because few clips have errors that the channels of their bones can correct.
 The exit status is 1 if any other word differs, or if an injected flip is not corrected.

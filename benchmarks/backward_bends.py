@@ -78,7 +78,7 @@ def bent_backward(
 
 
 def measure(folder: Path, given: argparse.Namespace) -> None:
-    """Print the output for a folder."""
+    """Measure the clips in a folder and print the results. `given` are the options."""
     found, missed, others, depth = Counter(), Counter(), Counter(), Counter()
     sound, minutes, limbs, hinged = 0, 0.0, 0, 0
     for path in clips_of(folder):

@@ -41,9 +41,10 @@ def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
 
 
 def until_done(seconds: Array, workers: int, start: float) -> float:
-    """Return the seconds until the last clip is finished, with clips assigned in this order.
+    """Return the time until the last clip is finished, if clips are assigned in the given order.
 
-    `start` is the number of seconds that a worker needs to start.
+    `seconds` are the processing times of the clips. `start` is the number of seconds that a worker
+    needs to start.
     """
     free = [start] * workers
     for each in seconds.tolist():

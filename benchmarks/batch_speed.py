@@ -2,15 +2,15 @@
 
     python -m benchmarks.batch_speed FOLDER [--made N] [--ways WAY…] [--rounds N] [--json]
 
-Runs the whole command in a new process over the folder's clips, with one worker, with two workers,
-on a local Dask cluster of two, and as two shards, one after the other with two workers each, which
-`twistcore merge` then joins. Then it runs again with all clips already finished. The table shows
-for each way the seconds (of the fastest round), the processor time per clip with all processes, and
-the memory of the command's own process; also the speed-up by the second worker, the slowest clips,
-a worker's memory for its largest clip, and whether all results are equal. `--made` first fills the
-empty or missing folder with N different clips of 60 to 120 frames, cut from the samples.
-Targets: 12 clips per second with two workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per
-clip if nothing is new.
+The whole command is run in a new process on the folder's clips in several ways: with one worker,
+with two workers, on a local Dask cluster of two workers, and as two shards, which run one after the
+other with two workers each and are then joined by `twistcore merge`. Finally, the command is run
+again when all clips are already finished. For each way, the table shows the seconds of the fastest
+round, the processor time of all processes per clip, and the memory of the main process. The output
+also shows the speed-up by the second worker, the slowest clips, a worker's memory for its largest
+clip, and whether all results are equal. `--made` first fills the empty or missing folder with N
+different clips of 60 to 120 frames, cut from the samples. Targets: 12 clips per second with two
+workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per clip if nothing is new.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ WAYS = {
     "shards": ("--workers", "2"),
 }
 _LIMBS = ("LeftUpLeg", "LeftLeg", "LeftFoot"), ("RightArm", "RightForeArm", "RightHand")
-_FRAMES = 60, 120  # of a made clip
+_FRAMES = 60, 120  # smallest and largest number of frames of a generated clip
 _SHARDS = 2
 
 
 @dataclass
 class Cost:
-    """The cost of a command: its duration, processor time of all processes, and own memory."""
+    """The cost of a command: its duration, processor time, and the memory of its main process."""
 
     seconds: float = 0.0
     processor_seconds: float = 0.0
     own_bytes: int = 0
 
     def __add__(self, other: Cost) -> Cost:
-        """Return the cost of both, one after the other."""
+        """Return the cost of running two commands one after the other."""
         return Cost(
             self.seconds + other.seconds,
             self.processor_seconds + other.processor_seconds,
@@ -66,7 +66,8 @@ class Cost:
 def make_clips(folder: Path, count: int, seed: int = 1) -> None:
     """Write different clips of 60 to 120 frames, a hundred in each subfolder.
 
-    Each has the hips and one limb of a sample: with all limbs, a clip costs three times as much.
+    Each clip has the hips and one limb of a sample, because a clip with all limbs costs three times
+    as much.
     """
     if folder.exists() and any(folder.iterdir()):
         raise SystemExit(f"{folder} is not empty")
@@ -126,7 +127,7 @@ def run(*words: str) -> Cost:
 
 
 def _own_bytes(pid: int) -> int:
-    """Return the most memory that a process has held, without its children; 0 if unknown."""
+    """Return the peak memory of a process without its children, in bytes, or 0 if unknown."""
     try:
         lines = Path(f"/proc/{pid}/status").read_text("ascii").splitlines()
         return next(int(x.split()[1]) << 10 for x in lines if x.startswith("VmHWM:"))
@@ -135,7 +136,7 @@ def _own_bytes(pid: int) -> int:
 
 
 def process_clips(folder: Path, out: Path, way: str) -> Cost:
-    """Process all clips in a way, and return the cost."""
+    """Process all clips in one of the WAYS, and return the cost."""
     if way != "shards":
         return run("batch", str(folder), "-o", str(out), *WAYS[way])
     cost, parts = Cost(), [f"{out}-{k + 1}" for k in range(_SHARDS)]
@@ -156,7 +157,7 @@ def mark(out: Path) -> str:
 
 
 def slowest(seconds: Sequence[float]) -> dict[str, float]:
-    """Return how long the clips took, in seconds."""
+    """Return the median, the 99th percentile and the maximum of the clips' times, in seconds."""
     names = "median", "99 percent below", "slowest"
     found = np.percentile(seconds, (50.0, 99.0, 100.0)).tolist()
     return {name: round(value, 3) for name, value in zip(names, found, strict=True)}
@@ -177,7 +178,7 @@ def main() -> None:
     marks = set[str]()
     with tempfile.TemporaryDirectory() as folder:
         for k in range(arguments.rounds):
-            for name in arguments.ways:  # in turns, so that load on the machine affects all
+            for name in arguments.ways:  # in turn, so that other load affects all
                 out = Path(folder, f"{name}-{k}")
                 costs[name].append(process_clips(arguments.folder, out, name))
                 marks.add(mark(out))

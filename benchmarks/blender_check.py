@@ -69,7 +69,10 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import a file into Blender and compare it. The function runs with bpy, without twistcore."""
+    """Import a file into Blender, and compare its joint positions with ours.
+
+    The function runs with bpy, without twistcore.
+    """
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())

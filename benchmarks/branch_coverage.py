@@ -2,8 +2,8 @@
 
     python -m benchmarks.branch_coverage [--html FOLDER] [WORD …]
 
-The words are passed to `dev.py test` to select tests. Without any, all tests run. Every process is
-measured, including workers, programs that are forked or started, and Qt's threads
+The words are passed to `dev.py test` to select tests. Without words, all tests run. Every process
+is measured, including workers, programs that are forked or started, and Qt's threads
 (tests/conftest.py), but not processes that are killed. The output shows the share of covered
 statements and branches, and of branches alone, for each package, and the modules with the most
 uncovered ones. --html also shows every line. The exit code is 1 if the coverage of twistcore is

@@ -2,9 +2,10 @@
 
     python -m benchmarks.burst_smoothing FOLDER… [--seeds N]
 
-Every clip, at 20, 30 and 120 frames per second, gets the bursts of `benchmarks.noise_bursts`. Then
-`quamo refine --where noisy` smooths the detected bursts, and a second-order Butterworth filter at
-3.5 Hz, run in both directions, smooths all frames of all joints. The output shows
+The bursts of `benchmarks.noise_bursts` are injected into every clip, at 20, 30 and 120 frames per
+second. Then `quamo refine --where noisy` smooths the detected bursts, and a second-order
+Butterworth filter at 3.5 Hz, run in both directions, smooths all frames of all joints. The output
+shows
 
 - the mean distance of the joints from the truth in mm, for a figure of 1.75 m, inside the burst and
   in all other frames,
@@ -72,7 +73,7 @@ def measured(motion: Motion, rng: np.random.Generator) -> tuple[Array, int] | No
 
 
 def main() -> None:
-    """Measure every frame rate."""
+    """Measure the smoothing at every frame rate, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--seeds", type=int, default=3)

@@ -4,8 +4,8 @@
 
 The clip is a sample repeated up to 20,000 frames of 96 channels. It has three forms: with 6
 decimals throughout; as the sample is written (4 decimals, and a row of integers in every 435); and
-with 6 significant digits (%g). The times are medians over processes, each of which carries out
-every step once, excluding imports, as a program does that handles a single clip. The tools run in
+with 6 significant digits (%g). The times are medians over processes and exclude imports. Each
+process carries out every step once, like a program that handles a single clip. The tools run in
 turn. Libraries that are not installed (pip install 'twist-inspector[peers]') are skipped with a
 message.
 

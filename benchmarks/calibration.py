@@ -193,7 +193,10 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
 
 def report(title: str, sample: Sample, clean_weight: float) -> None:
-    """Print one table. `clean_weight` is the weight of candidates from clips without errors."""
+    """Print a table of the calibration.
+
+    `clean_weight` is the weight of candidates from clips without errors.
+    """
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
     # Each clip is searched once without errors, and once for each chain with errors.
     weight = np.where(clean, clean_weight, 1.0)

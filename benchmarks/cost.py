@@ -88,7 +88,7 @@ def detected(path: Path) -> Detection:
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip. For a short clip, use the smallest time of several rounds."""
+    """Measure the cost of detection in a clip, for a short clip as the best of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()

@@ -105,7 +105,7 @@ class Day:
 class Person:
     """A simulated user of a running program.
 
-    If `mouse` is True, the user works only with the mouse, or else only with the keyboard.
+    If `mouse` is True, the user works only with the mouse. If not, only with the keyboard.
     """
 
     screen: RealScreen
@@ -259,7 +259,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """Continue after a kill. Check that the clip is offered again with all its decisions."""
+    """Restore the review after a kill, and check that the clip has all its decisions."""
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
     person.program.until("window.document.data is not None", 60.0)

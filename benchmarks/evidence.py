@@ -182,7 +182,7 @@ def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Return bins with equal numbers of detections, sorted by probability.
+    """Sort detections by probability, and return bins with equal numbers of detections.
 
     Each bin has the 95 % interval of its share of errors. `right` is 1 for each detection that is
     an error.

@@ -36,7 +36,7 @@ SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
 
 def mae_by_segment(result: dict, path: Path) -> None:
-    """Plot the mean absolute error before and after as bars, with one panel per detector."""
+    """Plot the mean absolute error before and after correction, with one panel per detector."""
     methods = [m for m in ("paper", "consistency") if any(r["method"] == m for r in result["rows"])]
     figure, panels = plt.subplots(1, len(methods), figsize=(9, 3.2), sharey=True, squeeze=False)
     for panel, method in zip(panels[0], methods, strict=True):

@@ -136,7 +136,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a `Find` of :mod:`benchmarks.atlas` into a file."""
+    """Draw a detection into a file. `find` is a `Find` of :mod:`benchmarks.atlas`."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,
@@ -460,9 +460,9 @@ def _rolls_of(motion: Motion, scene: Scene) -> dict[str, Array]:
 
 
 def _near(known: dict[str, Array], name: str, values: Array) -> Array:
-    """Return angles, shifted by multiples of 360° so that they are near the first angles of a name.
+    """Shift angles by multiples of 360°, so that they are near the first angles of the same name.
 
-    `known` keeps the first angles of each name.
+    `known` stores the first angles of each name.
     """
     first = known.setdefault(name, values)
     return np.asarray(first + (values - first + 180.0) % 360.0 - 180.0)

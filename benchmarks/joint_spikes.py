@@ -68,7 +68,10 @@ def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]
 
 
 def measured(folder: Path, given: argparse.Namespace) -> str:
-    """Return the output line for a folder. `given` are the options."""
+    """Measure the clips in a folder and return a line with the results.
+
+    `given` are the options of the command.
+    """
     sound: Counter[str] = Counter()
     minutes, drawn, hit, known_by_other, extra = 0.0, 0, 0, 0, 0
     missed: Counter[str] = Counter()

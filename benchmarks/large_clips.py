@@ -121,7 +121,7 @@ class Measured:
     mib: float = 0.0
 
     def lines(self) -> list[str]:
-        """Return the lines of a table."""
+        """Return the results as the lines of a table."""
         out = [self.shown, f"  {'opened':<28} {self.opened / 1e3:8.1f} s"]
         for what, times in self.steps.items():
             middle, high = np.percentile(times, (50, 95))

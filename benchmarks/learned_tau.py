@@ -108,7 +108,7 @@ def by_verdicts(
 def judged(
     clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
 ) -> None:
-    """Test a τ on clips and print the results, or that there were too few verdicts."""
+    """Test a τ on clips and print the results, or report that there were too few verdicts."""
     if not tau:
         print(f"  {title:<30} too few verdicts for a τ")
         return

@@ -49,8 +49,8 @@ SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0),
 def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
     """Return the motion with the twist of all parents, or of all children, reduced to a share.
 
-    Δθp depends only on a chain's parent, Δθc only on its child, and both are sums of twists about
-    the bone. So reducing one leaves Δθp and Δθc of other chains unchanged.
+    Δθp depends only on a chain's parent and Δθc only on its child, and both are sums of twists
+    about the bone. Reducing one of them therefore does not change Δθp and Δθc of other chains.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -69,7 +69,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
     """Pass the frames at the edges of one limb's errors to the first pass of the detector.
 
-    In the block, the detector does not treat these frames as natural motion.
+    While the block runs, the detector does not treat these frames as natural motion.
     """
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
@@ -87,7 +87,10 @@ def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Ite
 
 
 def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
-    """Return the FSR in per cent over all chains of a scene, with errors in one chain at a time."""
+    """Return the percentage of repaired error frames (FSR) over all chains of a scene.
+
+    Errors are injected into one chain at a time.
+    """
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():

@@ -1,7 +1,7 @@
 """Find limbs whose upper and lower parts rotate against each other, in world coordinates.
 
 The joints of a limb are called P, C and E: shoulder, elbow and wrist, or hip, knee and ankle. The
-judge :mod:`benchmarks.real_flips` uses this module. It does not use the detectors' signals.
+benchmark :mod:`benchmarks.real_flips` uses this module, which does not use the detectors' signals.
 
 - A mirrored transition is a window of 0.13 s in which P and C rotate about P's bone by at least 10°
   each, in opposite directions, and the angles differ by at most 35 % of the larger one. Overlapping
@@ -29,14 +29,14 @@ CHANGED = 2.0  # degrees
 
 @dataclass(frozen=True)
 class Straightness:
-    """Numbers of frames.
+    """Numbers of frames with a bent and with a straight limb, and how many of them changed.
 
     Attributes
     ----------
     bent, straight
-        Frames with a bent and with a straight limb.
+        Numbers of frames with a bent and with a straight limb.
     bent_changed, straight_changed
-        Those of them that the correction changed.
+        How many of these frames the correction changed.
     """
 
     bent: int = 0

@@ -2,11 +2,11 @@
 
     python -m benchmarks.noise_bursts FOLDER [--seed N]
 
-Every clip, at 20, 30 and 120 frames per second, gets Gaussian noise of 0.05-0.1 on the components
-of the quaternions of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows precision and recall
-by frame, the bursts found in the original clips, and two numbers for the automatic corrections of
-`refine`: corrections that overlap the burst, and frames changed outside it. Changes that also occur
-without the burst are not counted.
+In every clip, at 20, 30 and 120 frames per second, Gaussian noise of 0.05-0.1 is added to the
+quaternion components of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows precision and
+recall by frame, the bursts found in the original clips, and two numbers for the automatic
+corrections of `refine`: corrections that overlap the burst, and frames changed outside it. Changes
+that also occur without the burst are not counted.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counte
 
 
 def main() -> None:
-    """Measure every frame rate."""
+    """Measure the detection at every frame rate, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

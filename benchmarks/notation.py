@@ -86,7 +86,7 @@ class Notation:
         return kept, max(1, round(HELD_FPS * kept / fps)) if self.held else 1
 
     def written(self, clip: BvhClip, often: int) -> BvhClip:
-        """Return the kept frames of a clip in this notation, with each repeated `often` times."""
+        """Return the kept frames of a clip in this notation, each frame repeated `often` times."""
         values, fps = clip.values.copy(), 1.0 / clip.frame_time
         angles = [k for c in clip.channels for k in c.rotation]
         if self.step:
@@ -112,7 +112,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """Return the clip with other rows of numbers, as if read from a file."""
+    """Return the clip with different rows of numbers, as if read from a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data

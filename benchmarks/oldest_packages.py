@@ -2,9 +2,10 @@
 
 python -m benchmarks.oldest_packages [--python VERSION] [TEST…]
 
-Makes two environments with the core's packages, in a temporary folder, and examines and corrects
-the clips of assets/ in both. Tests that are named run in the first. Exit code: 1 if an answer
-differs by more than 1e-9, a corrected file in any byte, or a test fails.
+Two environments with the core's packages are created in a temporary folder. In both, errors are
+detected and corrected in the clips of assets/. If TESTs are given, they run with the oldest
+packages. The exit code is 1 if a number differs by more than 1e-9, if a corrected file differs, or
+if a test fails.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def main() -> int:
 
 
 def install(folder: Path, resolution: str, python: str) -> None:
-    """Make an environment with the core's packages, and list the versions."""
+    """Create an environment with the core's packages, and list their versions."""
     uv = [sys.executable, "-m", "uv"]
     subprocess.run([*uv, "venv", "--quiet", "--python", python, str(folder)], check=True)
     pip = [*uv, "pip", "install", "--quiet", "--python", str(folder), "--only-binary", ":all:"]
@@ -57,7 +58,7 @@ def install(folder: Path, resolution: str, python: str) -> None:
 
 
 def answer(environment: Path) -> None:
-    """Write the detections in each clip, and the corrected clip, to `answers`."""
+    """Write the detections in each clip, and the corrected clip, to the folder `answers`."""
     (environment / "answers").mkdir()
     for clip in sorted((ROOT / "assets").glob("*.bvh")):
         to = environment / "answers" / clip.name
@@ -67,7 +68,7 @@ def answer(environment: Path) -> None:
 
 
 def run(environment: Path, *words: str) -> bytes:
-    """Return what the environment's Python prints, with the checkout's packages."""
+    """Run the environment's Python with the checkout's packages, and return its output."""
     python = environment / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     env = os.environ | {"PYTHONPATH": str(ROOT)}
     command = [str(python), *words]
@@ -87,7 +88,7 @@ def differences(old: Path, new: Path) -> Iterator[str]:
 
 
 def distance(a: object, b: object) -> float:
-    """Return the largest difference between numbers of two documents, or inf for any other."""
+    """Return the largest difference between numbers, or inf if the documents differ elsewhere."""
     if isinstance(a, dict) and isinstance(b, dict) and a.keys() == b.keys():
         return max((distance(a[key], b[key]) for key in a), default=0.0)
     if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
@@ -100,7 +101,7 @@ def distance(a: object, b: object) -> float:
 def run_tests(environment: Path, tests: list[str]) -> int:
     """Run tests of the core and return the exit status.
 
-    Settings of the window's tests are unknown here, because pytest-qt is not installed.
+    The warnings about settings of pytest-qt are ignored, because pytest-qt is not installed.
     """
     words = ["-q", "-p", "no:cacheprovider", "-o", "addopts=", "-W", UNKNOWN_SETTING, *tests]
     try:

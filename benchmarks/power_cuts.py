@@ -84,7 +84,7 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
 def cut_journal(
     journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
 ) -> int:
-    """Cut the journal at each place, with each tail, and recover it. Return the number of trials.
+    """Cut the journal at each place, append each tail, and recover it. Return the number of trials.
 
     Raises AssertionError if a trial fails.
     """

@@ -5,9 +5,9 @@
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
 and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
 interval in its chain has an IoU of at least 0.5 with it, and as touched if they share a frame. An
-interval that touches no error counts as elsewhere. The share of repaired error frames (FSR) [Choi26
-§4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and the
-tracked clip with the tracked clean clip, so that the tracker's lag does not count. --both-ways
+interval that touches no error counts as "elsewhere". The share of repaired error frames (FSR)
+[Choi26 §4.2.1] is measured after the correction. The raw clip is compared with the clean clip, and
+the tracked clip with the tracked clean clip, so that the tracker's lag does not count. --both-ways
 tracks in both directions of time instead of causally.
 """
 
@@ -79,14 +79,14 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip.
+        """Add the counts of one clip.
 
         Parameters
         ----------
         clean
-            The motion without errors with which the refined motion is compared.
+            The motion without errors, with which the corrected motion is compared.
         dirty, refined
-            The motion with errors, and the motion after the refinement.
+            The motion with errors, and the motion after the correction.
         found
             The detected intervals.
         errors

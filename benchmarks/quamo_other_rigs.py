@@ -85,7 +85,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 
 def ways(motion: Motion) -> dict[str, Motion]:
-    """Return the result of each method for a motion, keyed by name."""
+    """Return the motion after tracking or smoothing by each method, keyed by method name."""
     joints = chosen_joints(motion.skeleton, None)
     spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
     return {

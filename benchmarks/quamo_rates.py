@@ -2,10 +2,10 @@
 
     python -m benchmarks.quamo_rates FOLDER
 
-Every fourth clip, at its native 120 Hz and at 60 Hz, gets synthetic noise drawn at that rate. The
-clip is tracked with the gains for 25 Hz and with gains that depend on the rate, or smoothed. The
-metrics are ratios output / input against the truth at 25 Hz. Jitter is the mean third difference of
-positions at the clip's own rate.
+Every fourth clip is used at its native 120 Hz and at 60 Hz. Synthetic noise drawn at this rate is
+added to it. The clip is then tracked with the gains for 25 Hz, tracked with gains that depend on
+the rate, or smoothed. The metrics are ratios output / input against the truth at 25 Hz. Jitter is
+the mean third difference of positions at the clip's own rate.
 """
 
 from __future__ import annotations

@@ -68,7 +68,10 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Return output / input over all clips, shape (levels, METRICS), weighted by length."""
+        """Return the ratios output / input of the metrics over all clips, shape (levels, METRICS).
+
+        Longer clips have more weight.
+        """
         return self._sums(found) / self._input
 
     def _sums(self, found: Sequence[Poses]) -> Array:

@@ -97,7 +97,7 @@ def row_of(count: Counter[str]) -> str:
 
 
 def main() -> None:
-    """Measure every set."""
+    """Measure the corrections in every set of clips, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--json", type=Path)

@@ -5,8 +5,8 @@
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
 The joints of a limb are called P, C and E: hip, knee and ankle, or shoulder, elbow and wrist. Every
-clip gets the automatic corrections of `twistcore refine`, is written, read back, and judged only by
-the world positions and orientations of its joints. These are judged:
+clip is corrected as by `twistcore refine`, written, read back, and judged only by the world
+positions and orientations of its joints. The following are counted:
 
 - impossible swivel: between two frames, C rotates about the line from P to E faster than any body
   can, while E hardly moves relative to P
@@ -267,16 +267,16 @@ def _listed(jumps: Sequence[Jump]) -> str:
 
 
 def _runs(frames: Sequence[int]) -> list[str]:
-    """Return texts such as '12-15' for runs of consecutive frames."""
+    """Return strings such as '12-15' for runs of consecutive frames."""
     parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
 
 
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Return the text of the output.
+    """Return the results of all clips as text.
 
-    It has the results of each clip, the totals, the remaining problems, and the files that could
-    not be judged. `errors` has the reasons for these files, keyed by name.
+    The text has the results of each clip, the totals, the remaining problems, and the files that
+    could not be judged. `errors` has the reasons for these files, keyed by name.
     """
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]

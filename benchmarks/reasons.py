@@ -87,7 +87,7 @@ def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
 
 
 def _is_meant(interval: Interval, reason: Reason) -> bool:
-    """Return True if the interval is in the chain that the reason names."""
+    """Return True if the interval belongs to the chain that the reason names."""
     if reason.why == Why.IMAGE:
         return bool(interval.chain == reason.numbers["of"])
     return interval.chain == reason.chain

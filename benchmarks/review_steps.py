@@ -3,10 +3,10 @@
     python -m benchmarks.review_steps [--clip CLIP] [--rounds N] [--against CHECKOUT]
 
 The whole window is measured, with the default skin side by side. The key N goes to the next
-interval, and a step moves the playhead by a frame. Both end when everything is painted. The third
-number is for a step of the 3D view alone. Processor time depends less on other programs than
-elapsed time. With `--against`, another checkout is measured alternately with this one, and the last
-column is the ratio.
+interval, and a step moves the playhead by a frame. Each measurement ends when everything is
+painted. The third number is for a step of the 3D view alone. Processor time depends less on other
+programs than elapsed time. With `--against`, another checkout is measured alternately with this
+one, and the last column is the ratio.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def serve(clip: Path) -> None:
 
 
 class Worker:
-    """A window of a checkout, running in a separate process."""
+    """A window of the program in a checkout, running in a separate process."""
 
     def __init__(self, root: Path, folder: Path, clip: Path) -> None:
         folder.mkdir()

@@ -5,7 +5,7 @@ joints of every chain, parent P and child C, twist independently. The figure sho
 
 - the twist of P and C,
 - the part of P's twist that follows the sum of both twists, which no error changes,
-- the departures from a bridge (an interpolation across the interval), and
+- the differences between the twists and a bridge (an interpolation across the interval), and
 - δ as found and as injected.
 """
 

@@ -1,9 +1,10 @@
 """Measure the stated precision of automatic corrections: python -m benchmarks.stated_precision.
 
-Folders of an unknown rig are imitated by samples of the automatic corrections that two blind judges
-rated (docs/atlas-blind.csv). In each folder, 30 corrections get their verdict, either in the
-informative order or with the worst first. The precision of the others is then estimated and
-compared with their verdicts. A doubtful verdict counts as an error in half of the folders.
+Folders of an unknown rig are simulated by samples of the automatic corrections that two blind
+judges rated (docs/atlas-blind.csv). In each folder, the verdicts on 30 corrections are used, chosen
+in the informative order or with the worst first. The precision of the other corrections is then
+estimated and compared with their verdicts. A doubtful verdict counts as an error in half of the
+folders.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def judged(path: Path) -> tuple[list[AutomaticCorrection], np.ndarray, list[str]
 
 
 def main() -> None:
-    """Print the error of the stated precision for both orders, and how often its range is right."""
+    """Print the error of the estimates, and how often their range contains the true precision."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seed", type=int, default=1)
     rng = np.random.default_rng(parser.parse_args().seed)

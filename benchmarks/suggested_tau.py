@@ -31,7 +31,7 @@ from twistcore.tuning.injected_curve import PROTOCOLS
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """The curves of one chain in one clip.
+    """The τ curves of one chain in one clip.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Tried:
 
 
 def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
-    """Return the curves of all chains of a clip. `seeds` are the seeds of the trials."""
+    """Return the τ curves of all chains of a clip. `seeds` are the seeds of the test errors."""
     motion = read_bvh(path).motion
     tuning = clip_tuning(motion, path.name, method=method)
     as_is = analyse(motion).by(method)

@@ -129,7 +129,7 @@ class Hand:
 
 
 def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Counter[str]:
-    """Open random clips one after the other. Return the actions carried out in between."""
+    """Open random clips one after the other. Return the actions carried out between them."""
     hand = Hand(window, random.Random(seed))
     sitting = Sitting(window, clips, hand.rng)
     sitting.open(clips[0])

@@ -184,9 +184,9 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
 
 
 def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
-    """Run the event loop until `ready` returns True. Return its longest turn in milliseconds.
+    """Run the event loop until `ready` returns True, but not longer than `seconds`.
 
-    After `seconds`, the function returns in any case.
+    Return the longest time in milliseconds for which the event loop was blocked.
     """
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:

@@ -91,7 +91,7 @@ def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, l
         for name in measured.names:
             expected = recounted(rows, judged, name)
             now = list_counts(detector, name, tau, verdicts, measured.left_out)
-            shown = tuple(map(int, vars(now).values()))  # at any τ, of the detector in use
+            shown = tuple(map(int, vars(now).values()))  # for any τ, not only the grid's
             counts = curves[name]
             drawn = tuple(int(np.asarray(c)[place]) for c in vars(counts).values())
             compared, alarms = compared + 6, alarms + expected[2]

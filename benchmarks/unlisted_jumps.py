@@ -3,11 +3,11 @@
     python -m benchmarks.unlisted_jumps FOLDER… [--degrees D] [--list N]
 
 A large turn is a rotation of a joint by at least D degrees (default 45) from one frame to the next
-that is more than four times the median of the two rotations before and the two after. So fast
-movement at a low frame rate is not a large turn. A turn counts as listed if an interval at its
+that is more than four times the median of the two rotations before and the two after. Fast movement
+at a low frame rate is therefore not a large turn. A turn counts as listed if an interval at its
 frame, with a tolerance of two frames, concerns the joint, a chain or limb with the joint, or the
-whole body. For each folder, the table shows all turns, the listed ones, and those in frames where
-only another joint or nothing is listed.
+whole body. For each folder, the table shows all turns, the listed turns, and the turns in frames
+where only another joint or nothing is listed.
 """
 
 from __future__ import annotations

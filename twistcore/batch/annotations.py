@@ -1,6 +1,6 @@
-"""Write the problems of a batch as annotations, which GitHub shows at the files of a pull request.
+"""Write a batch's problems as annotations, which GitHub shows next to a pull request's files.
 
-An annotation is a line `::error file=…,title=…::…` in the output of a workflow's step.
+An annotation is a line `::error file=…,title=…::…` in the output of a workflow step.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ from twistcore.files.encoding import legible
 
 
 def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterable[Broken]) -> None:
-    """Write the annotations of a batch to a file.
+    """Write the annotations of a batch, from :func:`github_annotations`, to a file.
 
-    The lines are those of :func:`github_annotations`, with files relative to the current folder.
-    Raises OSError.
+    Clips are named by their paths relative to the current folder. Raises OSError.
     """
     write_atomically(path, github_annotations(records, broken, str(Path.cwd())).encode())
 
@@ -28,9 +27,9 @@ def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterabl
 def github_annotations(records: Iterable[ClipRecord], broken: Iterable[Broken], root: str) -> str:
     r"""Return one line for each clip with a problem, and one for each broken rule of the whole run.
 
-    A clip has a problem if it breaks rules or could not be processed or examined. A clip in the
-    folder `root` is named relative to it; the line of any other clip has no file. Control
-    characters are escaped, such as `\x1b`.
+    A clip has a problem if it breaks a rule or could not be processed or examined. A clip in the
+    folder `root` or a subfolder is named by its path relative to `root`. The line of any other
+    clip has no file name. Control characters such as `\x1b` are escaped.
     """
     of_run: list[Broken] = []
     by_clip: dict[str, list[Broken]] = defaultdict(list)

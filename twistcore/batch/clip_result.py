@@ -56,7 +56,7 @@ def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, An
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
     if corrected != clip.data:
-        # Examine a BVH as written, with rounded values. For other formats, examine the motion.
+        # Examine a BVH file as written, with rounded values. For other formats, examine the motion.
         bvh = clip.format == "bvh"
         after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
         document["left"] = intervals_to_json(_detected(after, parameters))
@@ -117,9 +117,9 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and the uncorrected chains.
+    """Return the corrected motion, the number of corrected intervals, and a list of sentences.
 
-    The chains are described in sentences that say why they are uncorrected.
+    Each sentence names a chain that was not corrected, and gives the reason.
     """
     from twistcore.export.replay import accepted_motion, correctable, uncorrected_chain_sentences
     from twistcore.review import Review

@@ -36,9 +36,10 @@ def severity(found: Detection) -> float:
 def severity_of_intervals(
     finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float
 ) -> float:
-    """Return the severity, in degrees, of intervals with their chains.
+    """Return the severity of a clip in degrees, as in :func:`severity`.
 
-    `frames` is the clip's number of frames, and `fps` is its frame rate.
+    `finds` has the clip's intervals, each with its chain. `frames` is the number of frames of the
+    clip, and `fps` is its frame rate.
     """
     total = 0.0
     for interval, chain in finds:
@@ -60,7 +61,11 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return the visibility of an error, 0…1, from its kind, its joint's reach, or its segment."""
+    """Return how visible an error is, 0…1.
+
+    The value depends on the kind of error, the size of the body parts below the joint, or the
+    segment of the body.
+    """
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:
@@ -69,14 +74,17 @@ def _shows(interval: Interval, chain: Chain) -> float:
 
 
 def percent_affected(affected: int, frames: int) -> float:
-    """Return the percentage of affected frames, or 0 for a clip without frames."""
+    """Return the percentage of frames with an error, or 0 for a clip without frames.
+
+    `affected` is the number of frames with an error.
+    """
     return 100.0 * affected / frames if frames else 0.0
 
 
 def unexamined_limb_sentences(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a sentence for each limb in a result that no chain examines.
+    """Return a sentence for each limb that no chain examines, such as 'left arm not examined: …'.
 
-    An example is 'left arm of B not examined: …'.
+    `result` is the clip's result document.
     """
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()

@@ -43,7 +43,7 @@ class ClipTask:
     parameters
         The processing parameters.
     memory
-        Bytes of memory allowed on top of the usual need of a clip of this size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     data
         The file's bytes for a process that cannot read the file, or None.
     """
@@ -69,8 +69,8 @@ class Outcome:
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature of the file that was read. The signature is '' if the file may
-        change without a change of its signature.
+        Hash, size and signature (:func:`signature_of`) of the file that was read. The signature is
+        '' if it is not reliable.
     seconds, peak_bytes
         Time and memory used for processing.
     corrected
@@ -95,7 +95,7 @@ class Outcome:
 
 
 def run_task(task: ClipTask) -> Outcome:
-    """Run a task. The function never raises an error; problems are described in the outcome."""
+    """Run a task and return its outcome. Errors are described in the outcome and never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -120,16 +120,16 @@ def run_task(task: ClipTask) -> Outcome:
 def signature_of(path: Path | str) -> tuple[str, bool]:
     """Return a file's signature, and whether it is reliable.
 
-    The signature is a text with size, time and inode. A file with an unchanged, reliable signature
-    is unchanged. The signature of an AMC also depends on the skeletons in the folder, since the
-    clip needs one of them. Raises OSError.
+    The signature is a string with the file's size, modification time and inode. A file is unchanged
+    if its signature is reliable and unchanged. The signature of an AMC file also depends on the
+    skeleton files in its folder, because the clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := companion_of(path):
         with os.scandir(Path(path).parent) as entries:
             companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in companions:
-            with suppress(OSError):  # a broken link is no skeleton
+            with suppress(OSError):  # ignore broken links
                 states.append(entry.stat())
     texts = [f"{s.st_size} {s.st_mtime_ns} {s.st_ino}" for s in states]
     if texts[1:]:
@@ -139,12 +139,12 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Return True if a clip needs other files, such as an AMC, which needs a skeleton file."""
+    """Return True if a clip needs other files, such as the skeleton file of an AMC clip."""
     return bool(companion_of(path))
 
 
 def companion_of(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder, or an empty string."""
+    """Return the suffix of the other files that a clip needs, or an empty string if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 

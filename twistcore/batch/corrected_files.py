@@ -29,8 +29,8 @@ def write_corrected(
 ) -> ManifestRow:
     """Write a corrected clip into the batch folder, and return its row with path and hash.
 
-    An existing file is replaced if the manifest lists it, but not if it already has these bytes,
-    which happens after a process was killed right after writing.
+    An existing file is replaced if the manifest lists it. A file that already has these bytes is
+    not written again; it exists if an earlier process was killed right after writing it.
 
     Parameters
     ----------

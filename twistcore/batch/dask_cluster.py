@@ -70,7 +70,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
                     silence_logs=50,
                     security=security,
                 )
-                local.loop.add_callback(local.scheduler.http_server.stop)  # its port is open anyway
+                local.loop.add_callback(local.scheduler.http_server.stop)  # open in any case
             client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise TwistError(f"{address}: the Dask scheduler does not answer ({error})") from None
@@ -86,7 +86,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 
 def _close_pages(dask_worker: Any) -> None:
-    """Close the HTTP port of a worker. Dask passes the worker because of the argument's name."""
+    """Close the HTTP port of a worker. Dask passes the worker to an argument with this name."""
     dask_worker.http_server.stop()
 
 
@@ -174,7 +174,10 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers. Raises TwistError if the scheduler stopped."""
+    """Return the total number of threads of the workers.
+
+    Raises TwistError if the scheduler has stopped.
+    """
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())

@@ -10,7 +10,7 @@ from twistcore.review.agreement import reviewers_of
 
 
 def count_decisions(session: Path) -> dict[str, Any]:
-    """Count the accepted, rejected and undecided intervals of a session, and list its reviewers.
+    """Count the accepted, rejected and undecided intervals in a session file, and list reviewers.
 
     The result has the keys of :meth:`Manifest.note_decisions`, or is {} if nothing is decided.
     Raises TwistError if the session cannot be read.

@@ -67,7 +67,7 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A parsed rule that limits a quantity of each clip or of the whole run.
+    """A parsed rule, which limits a quantity of each clip or of the whole run.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return all broken rules: first those of each clip, in order, then those of the whole run.
+    """Return all broken rules: first for each clip, in order, and then for the whole run.
 
     `records` is iterated only once, so it may be a generator.
     """
@@ -246,7 +246,8 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
     """Yield the size in degrees of each interval to which the rule applies.
 
-    The size is the offset or, for a kind without an offset, the rotation in a frame or the noise.
+    The size is the offset or, for a kind without an offset, the rotation within one frame or the
+    noise level.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):
@@ -272,7 +273,7 @@ def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
 
 
 def _number(text: str) -> float | None:
-    """Return the number in a text, or None if it is not a finite number."""
+    """Convert a string to a number. Return None if it is not a finite number."""
     try:
         value = float(text)
     except ValueError:

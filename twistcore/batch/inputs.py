@@ -67,7 +67,7 @@ class Inputs:
 def find_inputs(
     words: Iterable[str], without: Path | None = None, *, may_be_none: bool = False
 ) -> Inputs:
-    """Return the clips to which the given words refer.
+    """Return the clips to which the given words, such as command-line arguments, refer.
 
     Each word is one of the following:
 
@@ -87,7 +87,7 @@ def find_inputs(
     without
         A folder to leave out.
     may_be_none
-        True if it is no error that there is no clip.
+        True to return no clips, instead of raising an error, if there are none.
 
     Raises
     ------
@@ -119,9 +119,10 @@ def find_inputs(
 
 
 def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """Return the sources with their existing names, or with new, unique names.
+    """Return the sources with the names that they have in a batch, or with new, unique names.
 
-    `names` has the existing names, keyed by path. Sources with an existing name come first.
+    `names` has the names in the batch, keyed by path. Sources that the batch already has come
+    first.
     """
     known: list[Source] = []
     new: list[Source] = []
@@ -138,7 +139,7 @@ def is_clip_name(name: str) -> bool:
 
 
 def _expanded(words: Iterable[str]) -> Iterator[str]:
-    """Yield the words, with each list replaced by its lines."""
+    """Yield the words, with each '@FILE', '@-' or '-' replaced by the lines of that list."""
     for word in words:
         if word in ("-", "@-"):
             yield from _lines(sys.stdin.read())
@@ -159,7 +160,7 @@ def _lines(text: str) -> Iterator[str]:
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Yield the clips of a folder, pattern or URL. A single file is appended to `files` instead."""
+    """Yield the clips of a folder, pattern or URL. If the word is a file, append it to `files`."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 
@@ -286,7 +287,7 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Yield the clips of single files, with names relative to their common folder."""
+    """Yield a clip for each file, named by its path relative to the common folder of all files."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
@@ -311,7 +312,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
     """Yield the sources with names that are unique even if case is ignored.
 
     A repeated name is prefixed with the name of the clip's folder. If it is still not unique, a
-    number is added. `taken` has further names in use, in lower case.
+    number is added. `taken` has other names that are already in use, in lower case.
     """
     used = set(taken)
     for source in sources:
@@ -327,7 +328,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
 
 
 def _folder_name(source: Source) -> str:
-    """Return the name of the folder directly above the path that forms a source's name."""
+    """Return the name of the folder to which a source's name is relative."""
     parts = PurePosixPath(source.path.replace(os.sep, "/")).parts
     above = parts[: len(parts) - len(PurePosixPath(source.name).parts)]
     return above[-1] if above and above[-1] not in ("/", "\\") else "other"

@@ -93,9 +93,9 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Add a test case whose class name is the clip's folder, with dots instead of '/'.
+    """Add a test case to a suite. Its class name is the clip's folder, with dots instead of '/'.
 
-    Readers of JUnit XML group test cases by class name. `of` replaces the folder.
+    Readers of JUnit XML group test cases by class name. If `of` is given, it is the class name.
     """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(

@@ -126,7 +126,7 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row, as a run reads and writes it.
+    """A clip's row in the manifest, as a batch run reads and writes it.
 
     The other fields are as in :class:`ClipRecord`.
 
@@ -189,7 +189,10 @@ _LATER = " WHERE json_extract(excluded.document, '$.at') > json_extract(document
 
 @dataclass(frozen=True)
 class _Found:
-    """A clip's rows in all tables, keyed by column and checked, and further values of a query."""
+    """A clip's checked rows in all tables, each keyed by column.
+
+    `more` has the values of additional SQL expressions of the query.
+    """
 
     clip: Mapping[str, Any]
     parameters: Mapping[str, Any] | None
@@ -228,8 +231,8 @@ class Manifest:
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
         """Open the manifest of a folder.
 
-        If there is none, it is created if `create` is True. Raises TwistError if it is missing,
-        damaged or not a manifest.
+        A missing manifest is created if `create` is True. Raises TwistError if the manifest is
+        missing, damaged or of another program.
         """
         folder = Path(folder)
         file = folder / FILE
@@ -299,9 +302,10 @@ class Manifest:
             ]
 
     def _each_found(self, *more: str, source: str | None = None) -> Iterator[_Found]:
-        """Yield the rows of all clips, sorted by name, or of one source.
+        """Yield the rows of all clips, sorted by name, or only the rows of the clip `source`.
 
-        `more` are SQL expressions. Raises FormatError if a row is missing or damaged.
+        `more` are additional SQL expressions to query. Raises FormatError if a row is missing or
+        damaged.
         """
         columns = [columns_of(table, alias, self._schema) for alias, table in _JOINED.items()]
         counts = (*_COUNTS, "(SELECT count(*) FROM decisions)")
@@ -344,7 +348,10 @@ class Manifest:
                     yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of the clip with this path or URL. Raises TwistError without one."""
+        """Return the record of the clip with this path or URL.
+
+        Raises TwistError if there is no such clip.
+        """
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found(source=source):
                 return _record(found)
@@ -403,13 +410,13 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the sizes in bytes of all files with a result for the parameters `mark`."""
+        """Return the sizes in bytes of all files with a result for the parameters' hash `mark`."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """Return True if there is a result for a file with this hash and the parameters `mark`."""
+        """Return True if a file with this hash has a result for the parameters' hash `mark`."""
         with _sqlite_errors(self.folder / FILE):
             where = "t.sha256 = ? AND t.mark = ?", escaped(sha256), escaped(mark)
             return any(True for _ in self._each_row("results", *where))
@@ -435,7 +442,7 @@ class Manifest:
         self._put("results", values, "(sha256, mark) DO {update}")
 
     def take_over(self, other: Manifest) -> None:
-        """Copy the parameters, results and decisions of another manifest, without the clips.
+        """Copy the parameters, results and decisions of another manifest, but not its clips.
 
         Of two decisions on the same clip, the later is kept. Call this within a transaction.
         """
@@ -447,11 +454,14 @@ class Manifest:
                         for (name, check), value in zip(checks.items(), row, strict=True):
                             check(value, name)
                         self._put(table, row, conflict)
-            except FormatError as error:  # it names the other file, not this one
+            except FormatError as error:  # the error names the other file, not this one
                 raise TwistError(str(error)) from None
 
     def _each_row(self, table: str, where: str = "1", *words: str) -> Iterator[tuple[Any, ...]]:
-        """Yield the checked rows of a table, which the condition calls t."""
+        """Yield the checked rows of a table.
+
+        `where` is an SQL condition in which the table is called t. `words` are its parameters.
+        """
         columns = columns_of(table, "t", self._schema)
         query = f"SELECT {columns} FROM {table} t WHERE {where}"
         for row in self._connection.execute(query, words):
@@ -465,7 +475,7 @@ class Manifest:
         known = self._connection.execute("PRAGMA user_version").fetchone()[0]
         if known == SCHEMA:
             return
-        with self.transaction():  # if it is killed before the end, the file stays as it was
+        with self.transaction():  # if the process is killed, the file stays unchanged
             if known:
                 add_checks(self._connection)
             else:
@@ -481,7 +491,7 @@ def timestamp() -> str:
 
 @contextmanager
 def _sqlite_errors(file: Path) -> Iterator[None]:
-    """Convert errors of SQLite to TwistErrors that name the file."""
+    """Convert SQLite errors to TwistErrors that name the file."""
     try:
         with errors_naming(file):
             yield
@@ -499,7 +509,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 
 def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the checked values of columns, keyed by name."""
+    """Check the values of columns, keyed by name, and return them. Raises FormatError."""
     checked_ones = {name: checked_column(name, value) for name, value in values.items()}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked_ones.items()}
 

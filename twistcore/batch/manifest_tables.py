@@ -49,7 +49,7 @@ _Shape = tuple[tuple[str, ...], ...]
 
 
 def make_tables(connection: sqlite3.Connection, schema: int = SCHEMA) -> None:
-    """Create the tables of a schema in an empty file. Call this function within a transaction."""
+    """Create the tables of a schema version in an empty file. Call this within a transaction."""
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
     if schema > 1:

@@ -1,7 +1,7 @@
 """Merge batch folders into one folder.
 
 For example, a large batch is divided into parts, called shards, that are processed on several
-machines, and the resulting batch folders are then merged.
+machines. The resulting batch folders are then merged.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from twistcore.files.ordinary import read_file
 
 @dataclass
 class Merged:
-    """The numbers of clips and the problems after a merge.
+    """The result of merging batch folders: numbers of clips, and problems.
 
     Parameters
     ----------
@@ -119,10 +119,10 @@ def _latest(
 
 
 def _rank(row: ManifestRow) -> tuple[bool, str]:
-    """Return a key that orders the rows of a clip, of which the row with the largest key is used.
+    """Return a key that ranks the rows of the same clip in several folders.
 
-    A row of a processed clip is larger than a row of a waiting clip. Of two rows of the same kind,
-    the later is larger.
+    The row with the largest key is used. A row of a processed clip ranks above a row of a waiting
+    clip. Of two rows of the same kind, the later one ranks higher.
     """
     return row.state in (DONE, FAILED), row.finished_at
 
@@ -166,9 +166,9 @@ def _copied(
 
 
 def _companions(path: Path) -> dict[str, bytes]:
-    """Return the content of other files that a clip may need, keyed by file name.
+    """Return the content of the other files that a clip may need, keyed by file name.
 
-    These are all files in the folder of the clip that have the suffix of companion files.
+    These are all files in the clip's folder with the suffix that its format needs, such as .asf.
     """
     ending = companion_of(path)
     if not ending:

@@ -1,4 +1,4 @@
-"""Processing parameters of a batch, which are the options of `detect` and `refine`."""
+"""The processing parameters of a batch: the options of the commands `detect` and `refine`."""
 
 from __future__ import annotations
 

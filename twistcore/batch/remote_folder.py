@@ -1,6 +1,6 @@
 """Provide the folder in which a batch works: a local folder, a temporary one, or a copy of a URL.
 
-A copy is uploaded to its URL at the end.
+A copy of the files at a URL is uploaded to the URL at the end.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def working_folder(output: str) -> Iterator[Path]:
 def _take_over(url: str, folder: Path) -> None:
     """Download the files at a URL if another machine has changed them since the last upload.
 
-    Raises TwistError if the local folder has changed since the last upload, too.
+    Raises TwistError if the local folder has also changed since the last upload.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:

@@ -147,7 +147,7 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
     Raises TwistError if pyarrow is not installed, and OSError if the file cannot be written.
     """
     try:
-        import pyarrow as pa  # an extra, and half a second
+        import pyarrow as pa  # optional, and slow to import
         import pyarrow.parquet as pq
     except ImportError:
         raise TwistError(
@@ -163,5 +163,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with escapes instead of bytes that are not UTF-8, which Parquet requires."""
+    """Return the row with all bytes escaped that are not UTF-8, because Parquet requires UTF-8."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

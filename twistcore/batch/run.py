@@ -56,7 +56,7 @@ class Limits:
     seconds
         Processor time, None for five minutes plus one minute per megabyte.
     memory
-        Bytes of memory allowed on top of the usual need of a clip of this size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     """
 
     seconds: float | None = None
@@ -115,7 +115,7 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that have no result in the manifest of a batch folder.
+    """Process the clips that have no result yet, and store their results in a batch folder.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress, which stores the result and the corrected file of each finished clip."""
+    """A run in progress. It stores the result and the corrected file of each finished clip."""
 
     def __init__(
         self,
@@ -292,7 +292,10 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock the folder for this run, creating it if needed. Raises TwistError if it is locked."""
+    """Lock the folder for this run, creating it if needed.
+
+    Raises TwistError if another run has locked it.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     for name in (LOCK, FOLDER):
         check_no_links(folder, folder / name)

@@ -16,7 +16,7 @@ from twistcore.files.marks import sha256_of
 
 @dataclass
 class Plan:
-    """The plan of a run.
+    """The plan of a batch run: the clips to process, and the clips with known results.
 
     Attributes
     ----------
@@ -91,7 +91,10 @@ def make_plan(
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of shard `index` (from 1) of `count`, chosen by the hash of their names."""
+    """Return the clips that belong to the shard `index`, counted from 1, of `count` shards.
+
+    The hash of a clip's name determines its shard.
+    """
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -100,7 +103,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row, with the file's new signature, if the file's bytes are unchanged, or None."""
+    """Return the row with the file's new signature, or None if the file's bytes have changed."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -113,7 +116,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row, marked as done, if another file with the same bytes has a result, or None.
+    """Return the row marked as done if another file with the same bytes has a result, else None.
 
     `mark` identifies the parameters. `sizes` are the sizes of all files with a result.
     """

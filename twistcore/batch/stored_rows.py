@@ -87,7 +87,7 @@ def checked_column(name: str, value: Any) -> Any:
 
 
 def checked_result(document: str) -> dict[str, Any]:
-    """Parse and check a result, a document 'twistcore.batch_clip/1' without the clip's name."""
+    """Parse and check a result, which is a document 'twistcore.batch_clip/1' without clip name."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")

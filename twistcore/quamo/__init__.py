@@ -1,4 +1,4 @@
-"""QuaMo: track or smooth noisy motion [Le26], including poses of SMPL's skeleton.
+"""QuaMo: track or smooth noisy motion [Le26], including poses of the SMPL skeleton.
 
 The tracker follows a stream (`Tracker`) or a clip (`track`) causally, or a whole clip without lag
 (`track_both_ways`).

@@ -1,7 +1,7 @@
-"""Track a whole clip forward and backward in time, without lag but not causally.
+"""Track a whole clip forward and backward in time. The result has no lag, but is not causal.
 
-A joint that turns steadily is 2κD/κP − Δt behind its reference in a forward pass, and equally far
-ahead of it in a backward pass from the end of the clip to its beginning. The result is therefore
+A joint that rotates steadily is 2κD/κP − Δt behind its reference in a forward pass, and equally far
+ahead of it in a backward pass, from the end of the clip to its beginning. The result is therefore
 computed halfway between the two passes:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
@@ -11,11 +11,11 @@ reference q̂(0 … T). b and r_b are those of the backward pass, which tracks q
 of the rotations is reversed, not the rotations themselves. The quotient is halfway along the
 shorter arc, for either sign of the quaternions.
 
-For small deviations, the frequency response H(f) of a pass becomes its real part. Every frequency
-keeps its phase, the lag is 0, and the overshoot of a pass at a step is halved. For small Δt, the
-overshoot would vanish with κD = √(2κP), but this distorts slow motion, since Re H = 1 − O(f⁴)
-requires κD = √(κP/2). If the clip is reversed, the result is reversed bit for bit, except for the
-signs of quaternions.
+For small deviations, the frequency response of the result is the real part of the frequency
+response H(f) of a single pass. Every frequency keeps its phase, the lag is 0, and the overshoot
+after a step is halved. For small Δt, the overshoot would vanish with κD = √(2κP), but this distorts
+slow motion, since Re H = 1 − O(f⁴) requires κD = √(κP/2). If the clip is reversed, the result is
+reversed bit for bit, except for the signs of quaternions.
 """
 
 from __future__ import annotations
@@ -77,16 +77,17 @@ def track_both_ways(
 
 
 def half_way(a: Array, b: Array) -> Array:
-    """Return the rotations halfway from a to b along the shorter arc, (…, 4), in a's hemisphere.
+    """Return the rotations halfway from a to b, (…, 4), along the shorter arc.
 
-    The rotations halfway from b to a are the same bit for bit, except for their signs.
+    Their quaternions are in the hemisphere of a. The rotations halfway from b to a are the same bit
+    for bit, except for their signs.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))
 
 
 def _of_direction(step: Step, way: int) -> Step:
-    """Return the part of a step of both passes that belongs to one pass, given by its index."""
+    """Return the part of a combined step of both passes that belongs to the pass `way`, 0 or 1."""
     state = State(**{name: value[way] for name, value in vars(step.state).items()})
     if step.gains is None or step.parts is None:
         return Step(state, step.snapped[way])

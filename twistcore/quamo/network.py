@@ -2,9 +2,9 @@
 
 Both are described in [Le26 §3.1, supplement A]. Each has two hidden layers (linear, LayerNorm,
 LeakyReLU) and a linear output layer. In ControlNet, a linear path from the inputs to the bias keeps
-joints still that hardly turn. The inputs are poses relative to the parent joints, and errors and
-velocities, which are relative to the heading of the body for the root. No input is a position in
-world space. There are separate gains for each axis of the 24 joints and of the root's position.
+joints still that hardly rotate. The inputs are poses, errors and velocities. They are relative to
+the parent joint or, for the root, to the heading of the body. No input is a position in world
+space. There are separate gains for each axis of the 24 joints and of the root's position.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class NetworkController(Controller):
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """Return a controller for a forward and a backward pass, which start at either end."""
+        """Return a controller for a forward and a backward pass, each with its initial state."""
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
@@ -207,7 +207,7 @@ def pose_inputs(q: Array) -> Array:
 def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
     """Standardise pose inputs with their mean and standard deviation in the training data.
 
-    One degree then has more weight in a joint that hardly turns than in a joint that turns far.
+    One degree then has more weight in a joint that hardly rotates than in a joint that rotates far.
     """
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
@@ -224,18 +224,18 @@ def root_heading(root: Array) -> tuple[Array, Array]:
 
 
 def _into(v: Array, cos: Array, sin: Array) -> Array:
-    """Rotate vectors, (…, 3), from world axes to the heading (cos ψ, sin ψ)."""
+    """Rotate vectors, (…, 3), from world axes to axes aligned with the heading (cos ψ, sin ψ)."""
     x, y, z = v[..., 0], v[..., 1], v[..., 2]
     return np.stack([cos * x - sin * z, y, sin * x + cos * z], axis=-1)
 
 
 def _back(v: Array, cos: Array, sin: Array) -> Array:
-    """Rotate vectors, (…, 3), from the heading (cos ψ, sin ψ) back to world axes."""
+    """Rotate vectors, (…, 3), from axes aligned with the heading (cos ψ, sin ψ) to world axes."""
     return _into(v, cos, -sin)
 
 
 def _root_turned(v: Array, cos: Array, sin: Array) -> Array:
-    """Rotate only the root's vectors in (…, joints, 3) from world axes to the heading."""
+    """Apply :func:`_into` to the root's vectors only, in vectors of shape (…, joints, 3)."""
     out = v.copy()
     out[..., 0, :] = _into(v[..., 0, :], cos, sin)
     return out

@@ -21,10 +21,10 @@ def cuts_after(motion: Motion, first: int) -> NDArray[np.int64]:
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """Return the captures [start, stop) from frame `first` on, in order. Most clips have only one.
+    """Return the frames [start, stop) of each capture from frame `first` on, split at the cuts.
 
-    A single frame next to a cut is not a capture, and neither is a rest pose that is held until the
-    end of the clip.
+    Most clips have only one capture. A single frame next to a cut is not a capture, and neither is
+    a rest pose that is held until the end of the clip.
     """
     borders = [first, *cuts_after(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

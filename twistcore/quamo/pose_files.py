@@ -35,7 +35,7 @@ class PosesError(TwistError):
 
 
 def is_pose_file(path: Path) -> bool:
-    """Return True if a file has a suffix of pose files. All other files are read as BVH."""
+    """Return True if a file has the suffix of a pose file. All other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
@@ -85,7 +85,7 @@ def described(value: Any) -> str:
 
 
 def printable(text: str) -> str:
-    """Shorten a text for a message, and replace unprintable characters such as line breaks."""
+    """Shorten a string for a message, and replace unprintable characters such as line breaks."""
     return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
 

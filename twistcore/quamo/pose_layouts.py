@@ -95,7 +95,7 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 
 
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
-    """Return the arrays of each person, keyed by the person's number, or by None without numbers.
+    """Return the arrays of each person, keyed by number, or by None if people have no numbers.
 
     `inside` is True for the contents of a dict within the dict of the file. Only one such level is
     opened, since a dict in a pickle may contain itself.
@@ -125,11 +125,11 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays with people along the first axis into the arrays of each person.
+    """Split arrays whose first axis is the person into the arrays of each person.
 
-    The root's position must have this axis as well. A second axis of length 1 means that each
-    person has a single frame, but only if the poses have this axis too, since no body has only one
-    joint.
+    The array of the root's position must have this axis as well. A second axis of length 1 means
+    that each person has a single frame, but only if the poses have this axis too, since no body has
+    only one joint.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -188,9 +188,9 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Split entries for each frame into the arrays of each person.
+    """Convert a dict of frames, each with its people's data, to the arrays of each person.
 
-    Frames in which a person was not seen, and the last pose is repeated, are left out.
+    Frames in which a person was not seen, so that the last pose is repeated, are left out.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):

@@ -1,6 +1,6 @@
 """Transfer poses from SMPL's rest pose to a skeleton with a different rest pose.
 
-In SMPL, the rotation of a joint turns its bones from their directions in a T-pose: y is up, the
+In SMPL, the rotation of a joint rotates its bones from their directions in a T-pose: y is up, the
 figure faces z with its left side at +x, its legs are straight down, and its arms are level. On a
 skeleton whose legs are apart or whose arms hang, the same rotations result in other directions. Let
 A be the rotation from the direction d of a bone in the skeleton's rest pose to its direction in
@@ -9,9 +9,9 @@ direction as in SMPL, since G A d = G d_SMPL. The local rotation q must therefor
 A_parent⁻¹ q A.
 
 The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest possible
-turn, so it changes the roll of a limb no more than lifting the limb sideways. In SMPL itself, the
-directions of bones differ from the axes by some degrees from body to body, so a limb within that
-angle of its axis is not turned.
+rotation, so it changes the roll of a limb no more than lifting the limb sideways would. In SMPL
+itself, the directions of bones differ from the axes by a few degrees, depending on the body. A limb
+within that angle of its axis is therefore not rotated.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ class RestChange:
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Compute the rotations from the rest pose of a skeleton to SMPL's rest pose.
 
-    The trunk keeps its shape: hips, spine and collars, where several bones meet at one joint, turn
-    with the whole body by quarter turns.
+    The trunk keeps its shape: hips, spine and collars, where several bones meet at one joint, are
+    rotated only with the whole body, by multiples of 90°.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         The rest offsets of the skeleton, shape (24, 3).
     rest
         The rest offsets of SMPL's skeleton for the same body, shape (24, 3). If they are given, the
-        limbs are turned onto them, even by small angles. If not, the limbs are turned onto the axes
-        of the T-pose.
+        limbs are rotated to their directions, even by small angles. If not, the limbs are rotated
+        to the axes of the T-pose.
 
     Raises
     ------
@@ -191,7 +191,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from a unit vector a to b, (4,), which must not be opposite."""
+    """Return the smallest rotation, (4,), from unit vector a to b. They must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

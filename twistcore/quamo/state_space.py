@@ -57,8 +57,8 @@ class Gains:
 
         At 25 Hz, these are the defaults. At other rates, they are κP/s² and κD/s with
         s = 0.3 + 0.7 Δt/(0.04 s), so they are stiffer at higher rates. They are stable at any rate.
-        A joint that turns steadily is 2κD/κP − Δt behind its reference, which is 10 ms at 25 Hz and
-        less than 15 ms at any rate.
+        A joint that rotates steadily is 2κD/κP − Δt behind its reference, which is 10 ms at 25 Hz
+        and less than 15 ms at any rate.
 
         `causal` is False for tracking forward and backward, without a lag. Other gains then reduce
         the acceleration error and do not increase the position error (MPJPE), measured on CMU

@@ -1,4 +1,4 @@
-"""Find the 24 joints of SMPL, which the networks and metrics use, in another skeleton."""
+"""Find the 24 SMPL joints, which the networks and metrics use, in another skeleton."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The 24 joints within a skeleton.
+    """The 24 SMPL joints within another skeleton.
 
     Attributes
     ----------
@@ -66,10 +66,11 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return rotations of the skeleton with given rotations of the 24 joints, the inverse.
+        """Return the skeleton's rotations with new rotations of the 24 joints.
 
-        `reduced` contains the rotations of the 24 joints, (frames, 24, 4), and `rotations` those of
-        the skeleton, (frames, joints, 4), in which all other joints keep their rotations.
+        This is the inverse of :meth:`reduced`. `reduced` contains the new rotations of the 24
+        joints, (frames, 24, 4), and `rotations` the rotations of the skeleton, (frames, joints, 4).
+        All other joints keep their rotations.
         """
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):

@@ -83,9 +83,9 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Return those of the given joints that are among the 24 joints of the networks.
+    """Return the given joints that are among the 24 joints of the networks.
 
-    If `strict` is True, raises TwistError if a joint is not among them.
+    If `strict` is True, any other joint raises TwistError.
     """
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
@@ -116,8 +116,8 @@ def placed_joint(motion: Motion) -> int | None:
 def check_place(motion: Motion, *, learned: bool = False) -> None:
     """Raise TwistError if the position of the figure cannot be tracked.
 
-    It must have position channels. `learned` is True for learned gains, which track only the
-    position of the root of the 24 joints.
+    The figure must have position channels. `learned` is True for learned gains, which track only
+    the position of the root of the 24 joints.
     """
     if (placed := placed_joint(motion)) is None:
         raise TwistError(
@@ -135,11 +135,11 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the joints that turn or move but are not tracked.
+    """Return the names of the joints that rotate or move but are not tracked.
 
     `joints` contains the joints whose rotations are tracked or smoothed, and `placed` is the joint
-    whose position is tracked, or None. The result consists of the names of the joints that turn and
-    of the joints whose position changes.
+    whose position is tracked, or None. The result is two sequences of names: the joints that rotate
+    and the joints whose position changes.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -158,7 +158,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range of values, (frames, n, components), within a capture, (n,)."""
+    """Return the largest range within a capture, (n,), of values, (frames, n, components)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -336,7 +336,7 @@ class _Piece:
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
     """Return the spans to track: the captures or, for a causal pass, all frames as one span.
 
-    In a causal pass, cuts are unknown.
+    A causal pass does not know where the cuts are.
     """
     return ((first, motion.frames),) if causal else pieces(motion, first)
 

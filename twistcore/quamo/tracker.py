@@ -97,7 +97,10 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller with the given gains, or with the default gains for both passes."""
+        """Return a controller with the same gains or, if none were given, the default gains.
+
+        The default gains are those for tracking forward and backward.
+        """
         del q_two, r_two
         return HandGains(self._given, causal=False)
 
@@ -289,7 +292,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Return a sentence about the joints that differ by more than 90° between the passes, or ''.
+    """Return a sentence about joints whose rotations in the two passes differ by over 90°, or ''.
 
     `apart` is the mask of these joints, (frames, joints), and `names` contains the names of the
     joints.

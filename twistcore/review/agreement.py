@@ -27,7 +27,7 @@ class PairDifference(StrEnum):
 
 @dataclass(frozen=True)
 class PairedIntervals:
-    """An interval as it is in two reviews of the same clip.
+    """An interval that is in one or both of two reviews of the same clip.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
 
 
 def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
-    """Pair the intervals of two reviews of a clip that may be the same.
+    """Pair intervals in two reviews of a clip that may be the same interval.
 
     Two intervals form a pair if they have the same chain and kind and common frames. Pairs with the
     most common frames are formed first. The result lists the intervals of the first review in their
@@ -224,9 +224,9 @@ def check_same_clip(sha256: str, other: str) -> None:
 def merged_review(found: Agreement, state: ReviewState) -> ReviewState:
     """Return a review that contains the decisions on which both reviewers agree.
 
-    All other intervals are undecided, with both decisions in their notes. τ, chains and tracking
-    are taken from `state`, the first review. Raises ClipMismatchError if the first review lacks a
-    chain of the second.
+    `found` has the paired intervals of both reviews. All other intervals are undecided, with both
+    decisions in their notes. τ, chains and tracking are copied from `state`, the first review.
+    Raises ClipMismatchError if the first review lacks a chain of the second.
     """
     out: list[Judged] = []
     new_id = state.next_id

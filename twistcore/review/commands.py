@@ -24,7 +24,7 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """A change of a review.
+    """A change to the state of a review.
 
     If `apply` raises an exception, the review is unchanged.
     """
@@ -40,7 +40,7 @@ class Command(ABC):
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the intervals that the command changes, empty if it names none."""
+        """The ids of the intervals that the command changes, or () if it does not list them."""
         return ()
 
     def continues(self, earlier: Command) -> bool:
@@ -51,7 +51,7 @@ class Command(ABC):
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the decision on intervals.
+    """Set a reviewer's decision on one or more intervals.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Decide(Command):
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision, or without name and time if the decision is reset."""
+        """Return the state with the decision. Resetting a decision also removes name and time."""
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
@@ -100,8 +100,8 @@ class Decide(Command):
 class Sign(Command):
     """Add a reviewer's name to decisions that were made without a name.
 
-    Signing is not a step of the history, because :class:`Review` adds the name in every state. So
-    an undo reverts the last decision, and the other decisions remain signed.
+    Signing is not a step of the history, because :class:`Review` adds the name in every state. An
+    undo therefore reverts the last decision, and the other decisions remain signed.
     """
 
     ids: tuple[int, ...]
@@ -119,8 +119,9 @@ class Sign(Command):
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
         """Return a function that adds the name to a state's decisions that are unsigned in `now`.
 
-        The function returns the same object for the same state, and returns a state without such
-        decisions unchanged. Raises KeyError if `now` lacks one of the intervals.
+        If the function is called again with the same state, it returns the same object. A state
+        without such decisions is returned unchanged. Raises KeyError if `now` lacks one of the
+        intervals.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -257,13 +258,13 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new τ and replace the intervals by the ones that are detected with it.
+    """Set a new τ and replace intervals by the intervals that are detected with it.
 
     The rules are:
 
-    - An interval that was edited, or on which a person has decided, is kept. Every detected
-      interval that is the same (IoU of at least 0.5) or lies inside it (at least 80 %) is dropped.
-      If there is no such detected interval, the kept interval is marked as unsupported.
+    - An interval that was edited, or on which a person has decided, is kept. A detected interval
+      is dropped if it is the same (IoU of at least 0.5) or if at least 80 % of it lies inside the
+      kept one. If there is no such detected interval, the kept interval is marked as unsupported.
     - Every other interval is replaced by a detected one that overlaps it, with the largest overlaps
       first, or removed if there is none.
     - The remaining detected intervals are added.
@@ -434,7 +435,7 @@ class Track(Command):
 def _redetected(
     state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
 ) -> ReviewState:
-    """Replace the intervals of some chains by detected ones, by the rules of `Redetect`."""
+    """Merge detected intervals into some chains of a state, by the rules of `Redetect`."""
     chains, found = tuple(chains), tuple(found)
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id
@@ -465,7 +466,7 @@ def _merged(
         if judged.kept or k in partner:
             interval = judged.interval if judged.kept else found[partner[k]]
             holds = not judged.kept or judged.by_hand or k in supported
-            # Unchanged intervals remain the same objects, so that they need not be redrawn.
+            # Keep the objects of unchanged intervals, so that they need not be redrawn.
             same = interval is judged.interval and holds == judged.supported
             out.append(judged if same else replace(judged, interval=interval, supported=holds))
     new = [interval for n, interval in enumerate(found) if n not in taken]

@@ -155,21 +155,21 @@ class Review:
 
     @property
     def history(self) -> tuple[str, ...]:
-        """The names of all steps: first the done ones (:attr:`position`), then the undone ones."""
+        """The names of all steps: first the :attr:`position` done steps, then the undone steps."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """The interval that each step of :attr:`history` changes.
+        """The interval that each step of :attr:`history` changes, in its state after the step.
 
-        It is the interval after the step or, if the step removes the interval, before the step. The
-        value is None if a step changes several intervals or none.
+        An interval that a step removes is in its state before the step. The value is None for a
+        step that changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """The number of steps that are done, which is also an index into :attr:`history`."""
+        """The number of done steps, which is also the index of the next redo in :attr:`history`."""
         return len(self._done)
 
     @property
@@ -180,14 +180,14 @@ class Review:
     def take_reasons(self, found: Iterable[Interval]) -> None:
         """Add the evidence of detected intervals to equal intervals in all states of the history.
 
-        Adding evidence is not a step of the history.
+        `found` has the detected intervals. Adding evidence is not a step of the history.
         """
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
 
     def _change_all(self, change: Callable[[ReviewState], ReviewState]) -> None:
-        """Apply a change to every state, keeping the steps between them."""
+        """Apply a function to every state in the history, without adding a step."""
         self.state = change(self.state)
         for steps in (self._done, self._undone):
             steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]

@@ -1,4 +1,4 @@
-"""Write every command of a review to a journal at once, so that a crash loses no decision.
+"""Write every command of a review to a journal immediately, so a crash does not lose decisions.
 
 A journal is a text file with one JSON document per line. The first line has the session at the time
 when the journal began, and the number of unsaved steps before it. Every other line has one of
@@ -306,7 +306,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless `tau` has all chains of the rig and no names except its limbs."""
+    """Raise FormatError unless `tau` has exactly the rig's chains and, possibly, its limbs."""
     if motion is None:
         return
     try:
@@ -376,7 +376,7 @@ def command_to_json(command: Command) -> dict[str, Any]:
 
 
 def command_from_json(entry: Any) -> Command:
-    """Return the command in a dict from :func:`command_to_json`. Raises FormatError if damaged."""
+    """Convert a dict from :func:`command_to_json` to a command. Raises FormatError."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, **entry}

@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Set the spans of frames that are excluded from tuning, as half-open (start, stop)."""
+    """Set the spans of frames that are excluded from tuning, each as frames [start, stop)."""
 
     spans: tuple[Span, ...]
 
@@ -31,7 +31,7 @@ class LeaveOut(Command):
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Sort half-open spans, and join spans that touch or overlap."""
+    """Sort spans of frames [start, stop), and join spans that touch or overlap."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:
@@ -57,7 +57,7 @@ def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Read the left-out spans of a session or journal. Raises FormatError if they are damaged."""
+    """Convert JSON data of a session or journal to left-out spans. Raises FormatError."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

@@ -235,7 +235,7 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval of the review that may be the same and has the same frames, or None.
+        """Return an interval with the same frames that may be the same error, or None.
 
         Rejected intervals are ignored.
         """
@@ -273,7 +273,8 @@ class ReviewState:
         include_open
             True to include open intervals.
         confidence
-            A function that returns the confidence of an interval, or None.
+            A function that returns the confidence of an interval, or None if it has none. By
+            default, this is the detector's confidence.
         """
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = automatic_corrections(
@@ -367,16 +368,16 @@ def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with the precision of a session file: degrees with nine decimals.
+    """Return the interval with its offset rounded as in a session file: degrees, nine decimals.
 
-    With this rounding, the window and `twistcore apply` correct by exactly the same numbers. −0.0
+    With this rounding, the window and `twistcore apply` correct by exactly the same angles. −0.0
     becomes 0.0.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval with frames [start, stop), extended by the nearest frame's offset."""
+    """Return the interval with frames [start, stop). New frames get the nearest frame's offset."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
@@ -505,7 +506,7 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
     Rejected intervals and intervals that cannot be corrected automatically are ignored.
     """
     out: set[int] = set()
-    reach: Judged | None = None  # the previous interval with the last end
+    reach: Judged | None = None  # the previous interval that ends last
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)
     for judged in sorted(wanted, key=_frames):
         if reach is None or reach.interval.chain != judged.interval.chain:

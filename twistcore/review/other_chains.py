@@ -1,4 +1,4 @@
-"""Change the chains of a review, with their τ, and detect again where the change has an effect."""
+"""Change the chains of a review, and detect errors again in the chains that this affects."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def changed_chains(
 ) -> ChangeChains:
     """Return the command that changes a review from one set of chains to another.
 
-    A chain in both analyses keeps its τ, unless τ was automatic; then it is computed again.
-    Detection is also repeated in neighbours of an added or removed chain, since the errors of
-    neighbouring chains are explained together.
+    A chain in both analyses keeps its τ, but an automatic τ is computed again. Detection is also
+    repeated in neighbours of an added or removed chain, since the errors of neighbouring chains are
+    explained together.
 
     Parameters
     ----------

@@ -32,8 +32,8 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     """Return an interval between the strongest counter-rotations before and after a frame.
 
     The edges are searched within half a second. If there is no counter-rotation of 1° or more, the
-    interval is 0.1 s long. The offset is the level of θp inside, relative to the line between the
-    frames before and after.
+    interval is 0.1 s long. The offset is the level of θp in the interval, relative to the line
+    between the frames before and after the interval.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
     """Return an interval over [start, stop) with an offset proposed from the chain's signals.
 
-    The offset is the level of θp inside, relative to the line between the frames before and after.
+    The offset is the level of θp in the interval, relative to the line between the frames before
+    and after the interval.
     """
     level = median(relative_to_neighbours(signals.theta_p, start, stop))
     return constant_interval(chain, start, stop, level)
@@ -67,8 +68,8 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     """Return a limb flip around a frame, between the nearest jumps before and after it.
 
     If there is no jump of 25° or more within half a second, the interval is 0.1 s long. The offset
-    is the level of the swivel angle inside, relative to the line between the frames before and
-    after. For a straight limb, the offset is the jump at the start.
+    is the level of the swivel angle in the interval, relative to the line between the frames before
+    and after the interval. For a straight limb, the offset is the jump at the start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -105,10 +106,11 @@ def _stretch_at(
 ) -> Interval | None:
     """Return the stretch that a jump begins or ends, or None.
 
-    A stretch that the detector finds is preferred. If there is none, two spans are compared: from
-    the previous jump of the joint (or the clip's start) to this jump, and from this jump to the
-    next jump (or the clip's end). The stretch is the span in which the roll is farther from the
-    usual roll or, if the usual roll is unknown, the shorter span.
+    In a stretch, the joint stays rotated about its bone. A stretch that the detector finds is
+    preferred. If there is none, two spans are compared: from the previous jump of the joint (or the
+    clip's start) to this jump, and from this jump to the next jump (or the clip's end). The stretch
+    is the span in which the roll is farther from the usual roll or, if the usual roll is unknown,
+    the shorter span.
 
     The result is None if the roll differs by less than half of the jump in both spans, or if
     rotating the joint back about its bone leaves more than half of a joint jump.

@@ -162,7 +162,7 @@ def write_session(
     review: Review | ReviewState | Clip,
     path: str | Path | Review | ReviewState,
 ) -> None:
-    """Write a review with its clip to a session file, atomically, to open or replay it later.
+    """Write a review of a clip to a session file, from which it can be continued or replayed.
 
     Arguments in the order of earlier versions, ``(path, clip, state)``, are also accepted.
 
@@ -174,7 +174,7 @@ def write_session(
         The decisions.
     path : str or Path
         The file to write, usually ``NAME.twist.json`` next to the clip. An existing file is
-        replaced.
+        replaced atomically.
 
     Raises
     ------
@@ -258,7 +258,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in JSON data. Raises FormatError if a part is missing or wrong."""
+    """Convert JSON data to a session. Raises FormatError if a part is missing or wrong."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -285,7 +285,7 @@ def session_from_document(document: Any) -> Session:
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
-    """Return the tracking settings, or None if the document's schema has none."""
+    """Return the tracking settings of a session, or None if its schema has none."""
     schema = document["schema"]
     may_be = schema in _WITH_KINDS and document.get("tracking") is not None
     if schema == TRACKING_SCHEMA or may_be:
@@ -335,7 +335,7 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 
 def tracking_from_json(entry: Any) -> Tracking:
-    """Return the tracking settings in JSON data. Raises FormatError if they are damaged."""
+    """Convert JSON data to tracking settings. Raises FormatError if they are damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
     causal = flag(entry.get("causal", True), "causal")  # the first files lack this key and the next
@@ -357,7 +357,7 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def _burst_from_json(entry: Any) -> tuple[str, int, int]:
-    """Return the joint and the frames [start, stop) of a noise burst. Raises FormatError."""
+    """Convert JSON data to a noise burst: joint, start and stop. Raises FormatError."""
     if not (isinstance(entry, list) and len(entry) == 3):
         raise FormatError("expected a joint and two frames for a burst")
     start, stop = (whole(frame, "bursts") for frame in entry[1:])
@@ -388,7 +388,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 
 
 def interval_from_json(entry: Any) -> Interval:
-    """Return the interval in JSON data. Raises FormatError if it is damaged.
+    """Convert JSON data to an interval. Raises FormatError if it is damaged.
 
     A constant offset uses the memory of one number, since damaged frame numbers may be huge.
     """
@@ -442,7 +442,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 
 
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
-    """Return an interval under review from JSON data. Raises FormatError if it is damaged.
+    """Convert JSON data to an interval under review. Raises FormatError if it is damaged.
 
     If `kinds` is True, a counter-twist without a kind counts as damaged.
     """

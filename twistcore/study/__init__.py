@@ -1,1 +1,1 @@
-"""Benchmarks, evaluation and training of networks, which are not needed to review clips."""
+"""Benchmarks, evaluation and training of networks. Reviewing clips does not need this package."""

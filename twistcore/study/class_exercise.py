@@ -1,7 +1,7 @@
 """Read and write the files of a class exercise: the exercise, the answers and the results.
 
-The exercise lists the intervals of a clip that students must judge, but not which of them are
-errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
+The exercise lists the intervals of a clip that students must judge, but does not say which of them
+are errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class StudentAnswer:
-    """A student's answer.
+    """A student's answer to a class exercise.
 
     Attributes
     ----------
@@ -146,9 +146,9 @@ def read_answer(path: Path) -> StudentAnswer:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
-    """Compare the students' verdicts with the truth.
+    """Return a CSV table that compares the students' verdicts with the hidden errors.
 
-    The result is a CSV with one row per student, sorted by name.
+    `handed` are the students' answers. The table has one row per student, sorted by name.
     """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
@@ -188,7 +188,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Return the intervals or verdicts. Raises FormatError if there are too many to compare."""
+    """Return the intervals or verdicts unchanged. Raises FormatError if there are too many."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -201,7 +201,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return the interval in a JSON entry.
+    """Convert a JSON entry to an interval.
 
     Its constant offset is a broadcast array, which saves memory.
     """

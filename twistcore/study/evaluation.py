@@ -114,8 +114,8 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare a corrected clip with its clean source.
 
-    The clip with errors is rebuilt from the clean clip and the truth, so that only changes by the
-    correction count as damage.
+    The clip with errors is rebuilt from the clean clip and the truth, so that only changes made by
+    the correction count as damage.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, joints: Sequence[int]) -> Array:
-    """Return the largest angle between the rotations of some joints in two clips.
+    """Return the largest angle between the rotations of some joints in two clips, in each frame.
 
     `clean` and `other` have the shape (frames, joints, 4). The result is in radians, (frames,).
     """
@@ -197,7 +197,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the sorted indices of the joints that errors turn.
+    """Return the sorted indices of the joints that errors rotate.
 
     These are the parents and children of chains, and the first joints and ends of limbs.
     """

@@ -22,7 +22,7 @@ _SIZES = 50.0, 150.0  # smallest and largest angle, degrees; they are visible on
 
 @dataclass(frozen=True)
 class ExerciseScore:
-    """The score of a review.
+    """The score of a student's review of an exercise.
 
     Attributes
     ----------
@@ -56,11 +56,11 @@ def hide_errors(
     """Return the motion with errors in two chains that share no joint, and the errors.
 
     The frames of each chain are divided into an odd number of stretches. Every other stretch is
-    wrong by the same angle. Whether the first one is wrong is random. So the curves look the same
-    on both sides of each jump, and only the figure shows which side is wrong.
+    wrong by the same angle, beginning at random with the first or the second. The curves therefore
+    look the same on both sides of each jump, and only the figure shows which side is wrong.
 
-    A seed always hides the same errors in a clip. Chains that cannot be corrected are not used.
-    Without other chains, the motion does not change.
+    The same seed always hides the same errors in a clip. Chains that cannot be corrected are not
+    used. If there are no other chains, the motion does not change.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -93,7 +93,7 @@ def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Int
     """Return the correct stretches between the errors of each chain, as further intervals to judge.
 
     Their offset is the opposite angle: if it were removed, they would look like the wrong stretches
-    around them. So neither the number nor the offsets of the intervals reveal the errors.
+    around them. Thus, neither the number nor the offsets of the intervals reveal the errors.
     """
     out: list[Interval] = []
     for chain in dict.fromkeys(e.chain for e in errors):
@@ -123,7 +123,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals, chain by chain, as {index of error: index of interval}."""
+    """Match errors with intervals of their chains. Return {index of error: index of interval}."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

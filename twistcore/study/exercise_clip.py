@@ -21,7 +21,7 @@ _POSITIONS = 6  # number of decimals of positions, which no error changes
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write a clip with the rotations of `dirty`, all with the same number of decimals.
 
-    This is at most the number of decimals in the clip's file, because trailing zeros would reveal
+    There are at most as many decimals as in the clip's file, because trailing zeros would reveal
     which numbers are unchanged. An existing file is replaced atomically.
 
     Raises TwistError if the clip is not a BVH, and OSError if it cannot be written.
@@ -41,7 +41,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
 
 
 def decimals_of(degrees: Array) -> int:
-    """Return the number of decimals of written numbers, estimated from their trailing zeros."""
+    """Estimate the number of decimals with which angles were written, from their trailing zeros."""
     written = np.unique(degrees[degrees != 0.0])
     for decimals in range(_MOST, 0, -1):
         shorter = np.round(written, decimals - 1) == written

@@ -14,7 +14,7 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
     """Return the mean angle by which a parent and its child rotate in opposite directions.
 
     If x and y are the twist increments of parent and child, the loss of a frame is max(0, −x·y) /
-    √(x² + y² + ε²). It is 0 if they turn in the same direction, and |x|/√2 if they cancel. The
+    √(x² + y² + ε²). It is 0 if they rotate in the same direction, and |x|/√2 if they cancel. The
     signs of the quaternions do not matter. Only elementary functions of `xp` are used, so that the
     loss is differentiable with torch or jax.numpy.
 

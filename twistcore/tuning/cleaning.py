@@ -46,7 +46,7 @@ def without_known_errors(given: ClipAnalysis, verdicts: Verdicts | None = None) 
 
 
 def captured_span(motion: Motion) -> tuple[int, int]:
-    """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
+    """Return the frames [start, stop) of the captured motion, without blends from or to a T-pose.
 
     A single T-pose in frame 0 remains, since it contains no blend.
     """

@@ -134,8 +134,8 @@ class CommonTau:
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
     """Compare the τ of one chain, `own`, with the common τ.
 
-    Returns the number of additional errors that `own` finds and the number of false alarms that it
-    avoids. Both can be negative.
+    Return the number of additional errors that `own` finds and the number of false alarms that it
+    avoids. Both numbers can be negative.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -173,9 +173,8 @@ def common_tau(
         new = {k: g for k, (g, sure) in gains.items() if g > 0 and sure >= 1 - _DOUBT / tested}
         if not new:
             break
-        most = max(
-            new, key=lambda name: new[name]
-        )  # one at a time, since the common τ then changes
+        # Only one chain at a time, since the common τ then changes.
+        most = max(new, key=lambda name: new[name])
         apart[most] = new[most]
     common = common or verdict_curve(clips).suggested(price, smallest)
     chains = []
@@ -191,12 +190,12 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """Return the mean saving by a chain's own τ, and the share of draws with a saving.
+    """Return how much a chain's own τ saves on average, and the share of draws in which it saves.
 
-    The saving is the reduction of the cost relative to the τ `common` (radians). Every draw chooses
-    a τ from the drawn rows of the curve and is tested on the other rows, since the chosen τ is
-    always the cheapest on the drawn rows. Errors of other chains help to choose τ, but only this
-    chain's rows count as savings.
+    The saving is the reduction of the cost relative to the τ `common` (radians). In every random
+    draw, a τ is chosen on the drawn rows of the curve and tested on the other rows, because it is
+    always the cheapest on the rows on which it was chosen. Errors of other chains help to choose τ,
+    but only rows of this chain count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

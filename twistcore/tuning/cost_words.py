@@ -21,12 +21,12 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
 
 
 def count_words(cost: Cost) -> str:
-    """Return the number of false alarms as text, or '–' if no frame was examined."""
+    """Return the number of false alarms as a string, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 
 def band_words(cost: Cost) -> str:
-    """Return a sentence about the confidence interval of the FSR."""
+    """Return a sentence about the confidence interval of the FSR, the share of repaired frames."""
     if math.isnan(cost.low):
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high

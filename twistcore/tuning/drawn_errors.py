@@ -31,7 +31,8 @@ class DrawnErrors:
     kind
         Index of the protocol from which each error was drawn, shape (errors,).
     draw
-        Index of each error's draw, shape (errors,).
+        Index of the draw to which each error belongs, shape (errors,). Errors injected together
+        form a draw.
     repaired
         Number of repaired frames of each error at each of n values of τ, shape (errors, n).
     """
@@ -72,7 +73,7 @@ class DrawnErrors:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the lower and upper 95 % confidence limit of the FSR, each of shape (n,).
+        """Return the lower and upper 95 % confidence limits of :attr:`fsr`, each of shape (n,).
 
         Wilson bounds are computed for each protocol and combined as in [Zou & Donner 2008], since
         the number of frames of each protocol is fixed.
@@ -89,7 +90,7 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Return the Wilson bounds of the FSR, which are valid even for few errors.
+        """Return the Wilson bounds of :attr:`fsr`, which are valid even for few errors.
 
         Each error is weighted by its number of frames. If the errors of a draw tend to be repaired
         or missed together, they count as correspondingly fewer errors.
@@ -104,7 +105,7 @@ class DrawnErrors:
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
     def _variance_between_draws(self, p: Array) -> Array:
-        """Return the variance of the FSR `p` between draws, shape (n,), or 0 for a single draw."""
+        """Return the variance of :attr:`fsr` (`p`) between draws, (n,), or 0 for a single draw."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1
         if draws < 2:

@@ -87,7 +87,7 @@ class ConfidenceVerdicts:
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of similar confidence.
+    """A bin of intervals with similar confidence.
 
     Parameters
     ----------

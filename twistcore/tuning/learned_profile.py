@@ -42,7 +42,7 @@ class LearnedProfile:
         Reliability of the learned confidences, on verdicts that were not used for learning, or
         None.
     held_out
-        A word for the parts that were left out one by one, such as 'clips'.
+        A word for the groups of verdicts that were left out for testing, such as 'clips'.
     """
 
     profile: Profile
@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence about the errors of the learned and of the detector's confidence."""
+        """Return a sentence on the confidence's calibration error before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -78,9 +78,10 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return a profile with a τ for every reviewed chain, as suggested in `found`.
+    """Return a profile with a τ for every reviewed chain.
 
-    The rig and the performer are included if they are the same in all clips.
+    `found` has the common τ and the chains that need their own τ. The rig and the performer are
+    included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})
@@ -114,7 +115,7 @@ def _only(values: set[str]) -> str:
 def fit_with_reliability(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence, and its reliability before and after learning.
+    """Return the learned confidence, and the reliability of confidences before and after learning.
 
     All three are None if there are too few verdicts. The reliability after learning is measured on
     clips, or on parts of a single clip, that were not used for learning.

@@ -58,7 +58,7 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return the profile's τ (radians) for the given chains, without chains that it lacks."""
+        """Return τ in radians, keyed by chain name. Chains that the profile lacks are left out."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
@@ -71,7 +71,7 @@ class TauReasons:
     accepted, rejected
         Numbers of accepted and rejected intervals of the chain.
     low, high
-        Range, in degrees, of 90 % of the τ suggested by resampled verdicts.
+        The range, in degrees, that contains 90 % of the τ suggested by resampled verdicts.
     """
 
     accepted: int

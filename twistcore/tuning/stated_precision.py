@@ -1,9 +1,9 @@
-"""Estimate from a few verdicts how many automatic corrections of a folder are real errors.
+"""Estimate from a few verdicts how many automatic corrections in a folder correct real errors.
 
-Verdicts on the worst intervals say little about the rest, because large errors are more often real.
-Therefore, :func:`informative_order` spreads the first verdicts evenly over all confidences. A
-learned confidence (`learned_confidence.py`), fitted to these verdicts, then gives the precision of
-the corrections without a verdict.
+Verdicts on the worst intervals say little about the other intervals, because large errors are more
+often real. Therefore, :func:`informative_order` spreads the first verdicts evenly over all
+confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then gives
+the precision of the corrections without a verdict.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class StatedPrecision:
     Attributes
     ----------
     share
-        Estimated fraction of real errors, 0…1.
+        Estimated fraction of the corrections that correct real errors, 0…1.
     low, high
         Limits of the 90 % confidence interval of `share`.
     verdicts
@@ -74,9 +74,10 @@ def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]
 def verdicts_on(
     corrections: Sequence[AutomaticCorrection], state: ReviewState
 ) -> tuple[bool | None, ...]:
-    """Return a person's verdict on each correction: True if accepted, False if rejected, or None.
+    """Return a person's verdict on each correction: True if accepted, False if rejected.
 
-    Intervals that were accepted in bulk or applied automatically have no verdict.
+    The verdict is None if there is none, as for intervals that were accepted in bulk or applied
+    automatically.
     """
     decided = [
         j
@@ -102,7 +103,8 @@ def informative_order(confidence: Array) -> list[int]:
     -------
     list of int
         Indices of the corrections. The corrections are sorted by confidence and visited in a van
-        der Corput sequence, so any number of first verdicts is spread evenly over the confidences.
+        der Corput sequence, so the first k verdicts are spread evenly over the confidences, for
+        any k.
     """
     if not (count := len(confidence)):
         return []

@@ -44,8 +44,8 @@ class TauCurve:
     noise
         The noise of each clip, in radians.
     drawn
-        The result for each injected error. None if there are no errors or the results are unknown;
-        the FSR then has no confidence limits.
+        The result for each injected error, from which the confidence limits of :attr:`fsr` are
+        computed. None if there are no errors or the results are unknown.
     own
         The detector's automatic τ for each clip, in radians. By default, it equals the noise.
     counts
@@ -73,7 +73,7 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the lower and upper confidence limits of the FSR, shape (n,), or NaN."""
+        """Return the lower and upper confidence limits of :attr:`fsr`, shape (n,), or NaN."""
         return self._drawn.band
 
     @property
@@ -108,7 +108,7 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the fraction of missed error frames plus priced alarms at every τ, shape (n,).
+        """Return the fraction of missed error frames plus the price of alarms at every τ, (n,).
 
         `price` is the fraction of the error frames that avoiding one false alarm may cost, per clip
         or per minute of a longer clip. Errors below `smallest` radians need not be found.
@@ -130,8 +130,8 @@ class TauCurve:
         """Return the τ, in radians, with the lowest :meth:`loss`.
 
         A false alarm costs a person one key press, but nobody notices a missed error. By default,
-        an alarm therefore costs as much as 5 percentage points of FSR, so that no τ misses half of
-        the errors to avoid one alarm. If several τ cost the same, the largest one that is not above
+        an alarm therefore costs as much as 5 % of the error frames, so that no τ misses half of the
+        errors to avoid one alarm. If several τ cost the same, the largest one that is not above
         `smallest` is chosen, because a larger τ may miss errors of sizes that were not injected.
         The result is never below the clips' noise. `present`, the τ used so far, is returned if it
         is above the noise and no τ has a lower loss.
@@ -187,7 +187,7 @@ class TauCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def at(self, tau: float) -> tuple[float, float]:
-        """Return the FSR (0…1) and the number of false alarms, interpolated at `tau` radians."""
+        """Return :attr:`fsr` and the number of false alarms, interpolated at `tau` (radians)."""
         cost = self.cost(tau)
         return cost.fsr, cost.alarms
 
@@ -220,7 +220,7 @@ class Cost:
     fsr
         The fraction of repaired error frames, 0…1.
     low, high
-        95 % confidence interval of the FSR.
+        95 % confidence interval of `fsr`.
     alarms
         Number of false alarms.
     minutes
@@ -246,7 +246,7 @@ class Cost:
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """Return the total cost of several chains, each with its own τ in radians.
+    """Return the total cost of several chains, given pairs of a chain's curve and its τ (radians).
 
     The error frames and alarms of all chains are added. `minutes`, the duration of the clips, is
     the same for all chains. By default, the largest `minutes` of the curves is used.

@@ -106,7 +106,10 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return how many accepted intervals of any chain, and own verdicts, are still missing."""
+        """Return the numbers of verdicts that are still missing before a τ can be suggested.
+
+        These are the accepted intervals of any chain, and the verdicts on this chain.
+        """
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)

@@ -1,7 +1,7 @@
 """Collect people's verdicts on clips as evidence for τ.
 
 An accepted interval is an error, and a rejected interval is natural motion. The following intervals
-are no evidence:
+are not used as evidence:
 
 - undecided intervals
 - intervals that were corrected automatically, or accepted together with all other confident ones,
@@ -214,8 +214,8 @@ def _reviewed(
     """Return the lowest τ at which each chain was reviewed, and the fraction of decided intervals.
 
     If a chain has undecided intervals, its weakest decided interval determines the lowest τ, since
-    lowering τ alone is no review. A chain without intervals counts as reviewed when no interval of
-    any other chain is undecided.
+    lowering τ alone is not a review. A chain without intervals counts as reviewed when no interval
+    of any other chain is undecided.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}

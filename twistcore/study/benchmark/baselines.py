@@ -1,8 +1,8 @@
 """Common alternatives to the detectors: filters, projection and interpolation [Choi26 §2].
 
-These methods change the quaternion components of the chains' joints, after making their signs
-continuous, and renormalise them. They do not use the hierarchy, so they cannot tell a twist error
-from motion.
+For the joints of the chains, these methods make the signs of the quaternions continuous, change the
+components, and renormalise them. They do not use the joint hierarchy, so they cannot distinguish a
+twist error from motion.
 """
 
 from __future__ import annotations

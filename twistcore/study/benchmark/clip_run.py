@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector that looks for natural events in the clean clips."""
+        """Return the detector whose detections in the clean clips count as natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
@@ -46,7 +46,7 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The result of the benchmark on a clip, which takes a few kilobytes for any clip.
+    """The result of the benchmark on a clip, a few kilobytes for a clip of any length.
 
     Attributes
     ----------
@@ -57,11 +57,11 @@ class ClipResult:
     dropped
         Number of frames before the capture that were left out.
     tallies
-        Counts and sums.
+        Counts and sums for each protocol, method, side and segment.
     fidelity
         Cost of each method on the clean clip.
     events
-        Natural events in the clean clip.
+        Natural events: detections in the clean clip.
     problems
         A sentence for each failure.
     """
@@ -75,7 +75,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data, a line in the file that --resume reads."""
+        """Return the result as JSON data for a line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -85,7 +85,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Return the result in JSON data.
+    """Convert JSON data to a result.
 
     Raises KeyError, TypeError or ValueError if the data are invalid.
     """
@@ -108,7 +108,7 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     """Run the benchmark on one clip.
 
-    `name` is the clip's name in the results. The errors depend on its stem.
+    `name` is the clip's name in the results. The injected errors depend on the name without suffix.
     """
     problems: list[str] = []
     try:

@@ -86,11 +86,14 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Names of the chains and limbs with natural events, which the audited tables leave out."""
+        """Names of the chains and limbs with natural events, which are detections in clean motion.
+
+        The audited tables leave these chains and limbs out.
+        """
         return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return the index and the targets of each pass.
+        """Return the index of each pass and the targets into which it injects errors.
 
         Depending on the protocol, the targets are a chain, a limb, a chain and the next one, or
         several independent chains.

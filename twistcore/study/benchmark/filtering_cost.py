@@ -1,4 +1,4 @@
-"""Measure what a method costs on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure the cost of a method on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MICRO = 1e-6
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost of a method on a clip, as integers that are stored without rounding.
+    """The cost of a method on a clip, as integers, so that it is stored without rounding errors.
 
     Attributes
     ----------
@@ -41,10 +41,10 @@ class Fidelity:
 def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
-    The peak is the highest mean speed over 50 ms of the fastest joint. It is compared with the same
-    joint's peak after filtering. The lag is the shift with the highest cross-correlation of the
-    speeds minus their means, added over all joints, and is interpolated by a parabola. Joints of
-    chains with natural events are left out, so that the peak is motion and not an error.
+    The peak is the highest mean speed of the fastest joint over 50 ms. It is compared with the same
+    joint's peak after filtering. The lag is the time shift with the highest cross-correlation of
+    the speeds after subtracting their means, summed over all joints and interpolated by a parabola.
+    Joints of chains with natural events are left out, so that the peak is motion and not an error.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _lasting(speed: Array, window: int) -> Array:
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` behind `before`, frames. It is at most `longest` frames."""
+    """Return the lag of `after` behind `before` in frames, which is at most `longest`."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -24,7 +24,7 @@ _FEWEST = 0.1  # minimum duration of bends in which the hinge is measured, secon
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
     """Return the offsets to remove from the chains with a hinge, keyed by chain name.
 
-    An offset is in radians and has the shape (frames,).
+    Each offset is an array in radians, shape (frames,).
     """
     out = {}
     for chain in chains:

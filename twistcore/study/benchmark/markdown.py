@@ -228,10 +228,10 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table from rows of (first cells, values).
+    """Return a Markdown table. Each row is a pair: its first cells, and its values keyed by name.
 
-    `names` are the titles of the first cells. `columns` lists the title, the key and the number of
-    decimals of the other columns.
+    `names` are the titles of the first columns. `columns` lists the title, the key and the number
+    of decimals of each other column.
     """
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)

@@ -82,7 +82,7 @@ class CleanRun:
     outcome
         The result.
     change
-        Angle by which the method turned each joint, radians, shape (frames, scene.joints).
+        Angle by which the method rotated each joint, radians, shape (frames, scene.joints).
     """
 
     outcome: MethodResult
@@ -181,7 +181,7 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Count false alarms and unwanted changes in the clean clip, by chain and limb.
+    """Count false alarms and unwanted changes in the clean clip, for each chain and limb.
 
     Unwanted changes are counted only if the protocol injects nothing. A chain that is not a target
     has an entry only if something was found in it.
@@ -277,9 +277,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the rotations that a perfect correction has: the clean clip without its own flips.
+    """Return the rotations after a perfect correction: the clean clip without its existing flips.
 
-    So the correction of a flip that was captured does not count as an error.
+    With this reference, the correction of a flip that was captured does not count as an error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -327,8 +327,8 @@ def _damage_tally(
 ) -> Tally:
     """Count the clean (joint, frame) pairs that the method changes by more than 1°.
 
-    A pair that is changed in the same way in the clean clip is natural, and any other pair is
-    damaged. `wrong` is a mask of the pairs with an error, (frames, joints).
+    A pair that is changed in the same way in the clean clip counts as natural, and any other pair
+    as damaged. `wrong` is a mask of the pairs with an error, (frames, joints).
     """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]

@@ -33,8 +33,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 class BenchmarkSummary:
     """The results of all clips, from which the tables are made.
 
-    Sums are integers, so that the order of the clips does not matter. Lists have entries for each
-    clip.
+    Sums are integers, so the order of the clips does not matter. Lists have an entry for each clip.
 
     Attributes
     ----------
@@ -45,7 +44,7 @@ class BenchmarkSummary:
     dropped
         Number of frames that were left out at the start of clips.
     tallies
-        Counts and sums.
+        Counts and sums for each protocol, method, side and segment.
     fidelity
         Cost of each method on each clean clip, keyed by method.
     events, problems
@@ -173,7 +172,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, by which changes are detected."""
+    """Return a file's size and modification time, to detect changes of the file."""
     try:
         status = path.stat()
     except OSError:  # the file is missing or a broken link; reading it will report the error
@@ -186,7 +185,7 @@ def read_partial(
 ) -> Iterator[ClipResult]:
     """Yield the results of clips that have not changed and had no problems.
 
-    An incomplete last line is ignored. Raises FormatError if the file is of another kind or was
+    An incomplete last line is ignored. Raises FormatError if the file has a different schema or was
     written with other settings.
     """
     with path.open(encoding="utf-8") as file:

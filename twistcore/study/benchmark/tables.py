@@ -1,4 +1,4 @@
-"""Collect benchmark results in rows for protocol, method, side and segment, as CSV or JSON."""
+"""Collect benchmark results by protocol, method, side and segment, and write CSV or JSON."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class BenchmarkRow:
     protocol, method
         Names of protocol and method.
     audited
-        True for results of chains without natural events only.
+        True if only chains without natural events are counted.
     side, segment
-        Side, or '' for both, and segment, or OVERALL for all.
+        The side ('' for both), and the segment (OVERALL for all).
     tally
         Counts and sums.
     minutes
@@ -92,9 +92,9 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return the rows of each protocol, first of all chains and then of audited ones.
+    """Return the rows of each protocol, sorted by side and segment.
 
-    Rows are sorted by side and segment.
+    The rows for all chains come first, then the rows for chains without natural events.
     """
     minutes = summary.micros / MICRO / 60.0
     rows = []
@@ -145,7 +145,7 @@ def _percent(part: int, whole: int) -> float | None:
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
     """Return the median lag and loss of peak speed of each method, over all clean clips.
 
-    A second set of values is for the fastest tenth of the clips.
+    Each row has a second set of values, for the fastest tenth of the clips.
     """
     out = []
     for method in settings.methods:

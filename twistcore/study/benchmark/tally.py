@@ -17,7 +17,7 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts and sums over any number of passes.
+    """Counts and sums over any number of passes, each of which injects errors into one target.
 
     Angles are in millionths of a degree, and squares of angles in millionths of a square degree. A
     *pair* is a joint in a frame.
@@ -41,7 +41,7 @@ class Tally:
         Number of pairs that the method changes in the same way in the clean clip, and the sum of
         these changes.
     target_pairs, target_damaged
-        `pairs` and `damaged` of the joints of the target only.
+        `pairs` and `damaged`, counted only in the joints of the target.
     truths, found, matched
         Number of true intervals, of detections, and of detections that match a true interval.
     alarms
@@ -78,7 +78,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The key of a tally.
+    """The protocol, method and chains that a tally counts.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ Tallies: TypeAlias = dict[Key, Tally]
 
 
 def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
-    """Add `more` to `total` in place."""
+    """Add the tallies in `more` to the tallies in `total` with the same keys, in place."""
     for key, tally in more.items():
         total[key] = total[key] + tally if key in total else tally
 
@@ -125,5 +125,5 @@ def error_tally(before: Array, after: Array) -> Tally:
 
 
 def in_millionths(value: float) -> int:
-    """Return a value in millionths, rounded."""
+    """Convert a value to millionths, rounded to an integer."""
     return round(float(value) * MICRO)

@@ -29,7 +29,7 @@ PAPER_STEPS = (
 )
 
 
-# The best ratios that methods reached which use only the past, or little more information, with the
+# The best ratios of methods that use only past frames, or little more information, with their
 # conditions, keyed by noise level. They were computed by benchmarks/quamo_bounds.py on the 37 clips
 # of docs/quamo-study.md.
 TaskBound = Mapping[str, tuple[float, str]]
@@ -137,7 +137,7 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table: a ratio and its bound.
+    """A row of the table of bounds: a ratio and its bound.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ class BoundCheck:
         return "**not met**"
 
     def line(self) -> str:
-        """Return the row in Markdown."""
+        """Return the row of the Markdown table."""
         bound = "–" if self.bound is None else f"{'≥' if self.above else '≤'} {self.bound:.2f}"
         return (
             f"| {self.check} | {self.paper} | {bound} | "
@@ -213,6 +213,6 @@ def bound_checks(
 
 
 def bar_table(lines: Sequence[BoundCheck]) -> str:
-    """Return the table in Markdown."""
+    """Return a Markdown table of bound checks."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

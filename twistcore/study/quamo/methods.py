@@ -78,7 +78,7 @@ def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Arra
 
 
 def hand_methods() -> dict[str, Method]:
-    """Return the methods that need no training."""
+    """Return the methods with hand-tuned gains, which do not need training."""
     return {
         HAND: hand_method(),
         HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
@@ -113,7 +113,7 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Return the clips in which the root passes a discontinuity of some representation."""
+    """Return the clips in which the root passes a discontinuity of any rotation representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 

@@ -1,7 +1,7 @@
 """Add synthetic random noise at the error levels A and B.
 
 The levels match only the magnitude and speed of errors that are reported for pose estimators on
-video [Le26 Table 1]. They do not imitate any estimator.
+video [Le26 Table 1]. They do not simulate any particular estimator.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add.
+    """The synthetic noise to add to poses.
 
     Attributes
     ----------

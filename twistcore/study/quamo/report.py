@@ -1,7 +1,7 @@
 """Write the reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
-Reports are written as Markdown and as JSON. The paper's results come from other data [Le26 Tables
-1, 3]. So only ratios to the input can be compared, and no table is a reproduction.
+Reports are written as Markdown and as JSON. The paper's results come from different data [Le26
+Tables 1, 3]. Therefore, only ratios to the input can be compared, and no table is a reproduction.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ WINDOW = 100  # number of frames of a window [Le26 §4.2]
 
 @dataclass(frozen=True, eq=False)
 class StudyReport:
-    """A report, as Markdown and as a JSON document."""
+    """A report of a QuaMo study, as Markdown and as a JSON document."""
 
     markdown: str
     document: dict[str, Any]
@@ -72,7 +72,7 @@ def evaluation_report(
 ) -> StudyReport:
     """Report how learned and hand-tuned gains compare with the rivals and with the bounds.
 
-    Only clips of subjects for which there is a network that was trained without them are used.
+    Only clips of subjects that have a network trained without them are used.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
@@ -130,9 +130,10 @@ def _lag_table(late: Mapping[str, Array]) -> str:
 def ablation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Report the steps of [Le26 Table 3], the representations, the integration and acceleration.
+    """Report the effects of the steps of [Le26 Table 3] and of other choices.
 
-    The steps are compared on the clips for which every trained variant has a network.
+    These are the representation of rotations, the integration and the acceleration term. The steps
+    are compared on the clips for which every trained variant has a network.
     """
     everything = sequences
     sequences = _known(sequences, networks)

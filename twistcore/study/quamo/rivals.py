@@ -5,8 +5,8 @@ settings of a grid on the training subjects for which MPJPE (or GRE) is no highe
 tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice and prints the rule.
 
 Linear filters are applied to the four components of the quaternions, each quaternion in the
-hemisphere of the previous one. The results are scaled to unit length. Unlike angles, components
-have no wrap and no preferred direction of turning.
+hemisphere of the previous one. The results are scaled to unit length. Unlike angles, components do
+not wrap around and have no preferred direction of rotation.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def split_into_windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split clips into windows of `frames` frames [Le26 §4.2], without the rest of each clip."""
+    """Split clips into windows of `frames` frames [Le26 §4.2]. Remaining frames are dropped."""
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences

@@ -21,7 +21,7 @@ Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]
 
 
 def import_torch() -> Any:
-    """Return PyTorch. Raises TwistError, which says how to install it, if it is missing."""
+    """Import and return PyTorch. Raises TwistError with instructions if it is not installed."""
     try:
         import torch
     except ImportError:
@@ -170,7 +170,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
     """Return joint positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
-    # Unbinding at once gives one gradient for all joints instead of 24.
+    # A single unbind computes one gradient for all joints instead of 24.
     local, bones = q.unbind(dim=2), bone.unbind(dim=2)
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
     for k in range(1, JOINTS):

@@ -225,7 +225,7 @@ def _augmented(
     sequence: Sequence24, rng: np.random.Generator, spread: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
     # Rotate each joint by a constant random angle as large as its usual movement, so that the
-    # network learns how far joints turn and not the posture of these people.
+    # network learns how far joints rotate and not the posture of these people.
     posture = rng.standard_normal(spread.shape) * spread
     q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
     if rng.random() < 0.5:
