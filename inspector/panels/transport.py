@@ -25,7 +25,10 @@ _SHOWN = {
 
 
 class Transport(QWidget):
-    """A row with buttons, slider, frame number, time, speed, and the choice of what is shown."""
+    """The playback controls: buttons, slider, frame number, time and speed.
+
+    A list selects the figure that the 3D view shows: before correction, after correction, or both.
+    """
 
     def __init__(self, document: Document, player: Player, actions: Mapping[str, QAction]) -> None:
         super().__init__()
