@@ -97,7 +97,7 @@ class Transport(QWidget):
         self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size of the narrowest layout: without the time, slider in a separate row."""
+        """Return the minimum size, which is without the time and with the slider in its own row."""
         return QSize(self._least_width(), super().minimumSizeHint().height())
 
     def _least_width(self) -> int:

@@ -50,7 +50,10 @@ class DifferencesModel(RowModel[DifferenceRow]):
         return thing.key
 
     def describe(self, thing: DifferenceRow) -> TableRow:
-        """Return the texts of a row: both decisions or, if they are equal, what else differs."""
+        """Return the texts of a row: the interval, and the decisions of both reviewers.
+
+        If only the corrections differ, the texts also contain the values that differ.
+        """
         pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
         name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
         texts = [verdict_text(judged) if judged else "–" for judged in sides]
@@ -74,7 +77,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
     def correction(self, judged: Judged) -> tuple[str, str, str]:
         """Return the texts for the frames, the angle and the end of a correction.
 
-        The end is the foot or hand, which is 'kept' or 'turned'.
+        The end is the foot, hand or next joint, which is 'kept' or 'turned'.
         """
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"

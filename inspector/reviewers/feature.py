@@ -36,7 +36,7 @@ class Reviewers(FeatureParts):
         self.comparison = ComparisonPanel(window.document, window.colours, window.actions_by_id)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the panel with the window.
+        """Connect the panel to the window.
 
         The panel is hidden when a different clip is opened. The timeline zooms to a difference when
         it is selected.
@@ -100,7 +100,7 @@ class Reviewers(FeatureParts):
 def _read(path: Path, clip: Clip) -> Session:
     """Read a session file.
 
-    Raises TwistError if the file is damaged, or if it belongs to this clip but its chains do not
+    Raises TwistError if the file is damaged, or if it belongs to this clip but its contents do not
     match the clip.
     """
     session = read_session(path)

@@ -318,7 +318,7 @@ class Gestures:
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around `frame`, or pan. `notches` is the rotation of the wheel."""
+        """Zoom in time around `frame`, or pan, by a number of notches of the wheel."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))
@@ -338,7 +338,7 @@ class Gestures:
         view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
-        """Return the tool tip for an interval or, if `judged` is None, for a frame outside all."""
+        """Return the tool tip for an interval or, if it is None, for a frame between intervals."""
         if judged is not None:
             i = judged.interval
             kind, decision = of_core(i.kind), of_core(judged.decision)

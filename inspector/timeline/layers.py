@@ -170,7 +170,7 @@ class Layer(QGraphicsItem):
 
 
 class BackLayer(Layer):
-    """The layer behind the curves: unreliable spans and intervals."""
+    """The layer behind the curves. It shows intervals and shades unreliable frames."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, *, shade: bool, glyphs: bool) -> None:
         super().__init__(view, scenery, -200.0)  # behind the view itself
@@ -179,7 +179,7 @@ class BackLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint the unreliable spans and the intervals in the visible range."""
+        """Paint the intervals and shade the unreliable frames in the visible range."""
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         if self._shade:

@@ -72,7 +72,7 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The intervals that this detector finds in the chain. Empty during the analysis."""
+        """The intervals that this detector finds in the chain, or () during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:

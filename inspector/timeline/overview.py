@@ -268,7 +268,7 @@ class OverviewStrip(QWidget):
     def interval_at(self, at: QPointF) -> Judged | None:
         """Return the interval at a point of the strip, or None.
 
-        If there are several, return the one whose row is nearest.
+        If there are several, return the one in the nearest row.
         """
         rows = self._rows()
         found: list[tuple[float, float, Judged]] = []

@@ -169,7 +169,7 @@ def _inside(places: _Spans, width: int) -> list[int]:
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines at the pixels `at` as a single path, because it is fast to paint."""
+    """Return vertical lines at the pixels `at` as a single path, which is fast to paint."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

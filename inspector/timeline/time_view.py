@@ -50,10 +50,7 @@ class TimeView(pg.ViewBox):
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values, and show it.
-
-        It is not shown if the user has zoomed or if `show_part` was called.
-        """
+        """Set the range of all values. Show it unless the user has zoomed or a part is shown."""
         self._all = (low, high)
         if not self.zoomed and self._part is None:
             self.fit()
@@ -66,12 +63,12 @@ class TimeView(pg.ViewBox):
 
     @property
     def part(self) -> tuple[float, float] | None:
-        """The range of values set by `show_part`, or None without one or after a manual zoom."""
+        """The range set by `show_part`, or None if it is not set or if the user has zoomed."""
         return None if self.zoomed else self._part
 
     @property
     def all_values(self) -> tuple[float, float]:
-        """The range of all values."""
+        """The range of all values, as (lowest, highest)."""
         return self._all
 
     def forget_zoom(self) -> None:

@@ -225,7 +225,7 @@ def build_soup(
     Parameters
     ----------
     grown
-        The thickness of the wedges relative to normal.
+        The thickness of the wedges relative to their normal thickness.
     joints
         True to add the spheres.
     without

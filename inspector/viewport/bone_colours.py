@@ -111,9 +111,9 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
 
 
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
-    """Return the colours of the scale for offsets in radians, (n,), as (n, 3) in 0…255.
+    """Return the colours that represent |offset| on the colour scale, (n, 3) in 0…255.
 
-    The sign of an offset does not matter.
+    `angle` has the offsets in radians, (n,).
     """
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)

@@ -50,9 +50,10 @@ class Pointing(QObject):
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Show the name of the joint at the start of the bone at a point, or hide the name.
+        """Show a tool tip with the name of the bone at a point of the view, if there is a bone.
 
-        If a click would select the limb of the bone, the tool tip also says so.
+        The name is that of the bone's parent joint. If a click would select a whole limb, the tool
+        tip also shows the name of the limb.
         """
         data = self._view.document.data
         if self.names and data is not None:
@@ -81,7 +82,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """Return the joint at the start of the bone at a point of the view, or None."""
+        """Return the parent joint of the bone at a point of the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None

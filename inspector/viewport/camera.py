@@ -196,8 +196,8 @@ def roll_direction(
     """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
 
     The best view shows the whole limb from outside and not from below. The captured and the
-    corrected front of the bone are both visible, and the view is at an angle to the bone, so its
-    circle looks open. All vectors are (3,).
+    corrected front of the bone are both visible, and the view is at an angle to the bone, so that a
+    circle about the bone looks open. All vectors are (3,).
 
     Parameters
     ----------

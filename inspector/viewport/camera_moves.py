@@ -58,7 +58,7 @@ class Steering(QWidget):
 
     @property
     def camera(self) -> OrbitCamera | None:
-        """The camera. If no clip is open, this is the camera of the previous clip, if any."""
+        """The camera of the open clip or, if no clip is open, of the previous clip."""
         self._complete()
         return self._camera
 
@@ -187,7 +187,7 @@ class Steering(QWidget):
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """Return points (n, 3) on the listed people in this frame and in the next 0.25 s.
+        """Return points (n, 3) on the people to show, in this frame and in the next 0.25 s.
 
         The movement of the root is removed.
         """
@@ -230,7 +230,7 @@ class Steering(QWidget):
         """Return the point that the camera follows, (3,).
 
         This is the middle of the followed limb. Without a limb, it is the mean position of the
-        listed people's roots, without its height.
+        people's root joints, projected to height 0.
         """
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:

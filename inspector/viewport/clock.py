@@ -1,7 +1,7 @@
 """A clock-like drawing of a rotation as seen along its axis, with the angle in degrees.
 
-One hand points in the direction before correction, and one hand in the direction after correction.
-The user can drag the corrected hand to change the offset (see `dial.py`).
+One hand points in the direction before correction and the other in the direction after correction.
+The user can drag the second hand to change the offset (see `dial.py`).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Hands:
         Unit vectors along the arc from the captured to the corrected direction, in the image,
         (n, 2). The y axis points down.
     degrees
-        The angle to write, in degrees.
+        The angle to show as text, in degrees.
     """
 
     way: Array
@@ -104,7 +104,7 @@ def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     camera
         The camera of the image.
     degrees
-        The angle to write, in degrees.
+        The angle to show as text, in degrees.
     """
     circle = turn.circle
     axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis

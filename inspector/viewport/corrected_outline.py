@@ -26,7 +26,7 @@ _JOINTS, _FINS = 4, 2  # numbers of joints on the line and of fins
 
 
 class CorrectedOutline:
-    """The fins of a limb in their corrected direction, and a line through its corrected joints."""
+    """Fins in the corrected directions of a limb's bones, and a line through its joints."""
 
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer

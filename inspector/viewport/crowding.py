@@ -11,7 +11,7 @@ _CELL = 6  # size of a cell in pixels
 
 
 class Crowding:
-    """A grid of cells over an image, with the summed weights of what covers each cell."""
+    """A grid of cells over an image. Each cell has the sum of the weights of what covers it."""
 
     def __init__(self, width: int, height: int) -> None:
         self._shape = width // _CELL + 1, height // _CELL + 1

@@ -13,7 +13,7 @@ from twistcore.review.model import with_level
 
 
 class Dial(QObject):
-    """The link between the clock and the selected interval. Each drag is one undo step."""
+    """The connection of the clock drawing with the selected interval. A drag is one undo step."""
 
     def __init__(self, document: Document, clock: Clock, parent: QObject) -> None:
         super().__init__(parent)

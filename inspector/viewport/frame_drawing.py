@@ -90,7 +90,7 @@ class LoneJoint(Chain):
 
 @dataclass(frozen=True, eq=False)
 class AngleSign:
-    """An angle to write into the image, next to the wrong bone.
+    """An angle to show as text in the image, next to the wrong bone.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class AngleSign:
     bone
         The ends of the wrong bone before correction, (2, 3).
     turn
-        The rotation that is drawn as a fan, or None.
+        The rotation that is drawn as a fan (a circular sector), or None.
     """
 
     degrees: float
@@ -108,7 +108,11 @@ class AngleSign:
 
     @cached_property
     def points(self) -> Array:
-        """Points on the wrong bone, on its captured and corrected fins, and on the fan, (n, 3)."""
+        """Points on the error, (n, 3). Bones that hide these points are drawn as translucent.
+
+        The points are on the wrong bone, along its captured and its corrected front, and on the
+        fan.
+        """
         start, stop = self.bone
         points = [start + _ALONG * (stop - start)]
         if self.turn is not None:
@@ -136,7 +140,7 @@ class FrameDrawing:
     roles
         The roles of the bones that were last drawn, in all images.
     sign
-        The angle to write into the last drawn image, or None.
+        The angle to show in the last drawn image, or None.
     """
 
     def __init__(self, document: Document) -> None:
@@ -263,7 +267,7 @@ class FrameDrawing:
         return text
 
     def _angle_to_show(self, scene: Scene, turn: Turn | None) -> AngleSign | None:
-        """Return the angle to write into the image, or None.
+        """Return the angle to show in the image, or None.
 
         The angle is the offset of the selected chain or limb or, for an error that cannot be
         corrected, the size of the error.

@@ -1,4 +1,4 @@
-"""Create an empty 3D widget; the lights and the background colour of all 3D images."""
+"""Create an empty 3D widget, and set the lights and the background colour of 3D images."""
 
 from __future__ import annotations
 

@@ -147,7 +147,8 @@ def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
 class LimbCircle:
     """The line and the circle of a limb or bone, and a fan with an arrow that shows the correction.
 
-    A hollow mark on the circle shows the captured position, a solid mark the corrected position.
+    The fan is the sector between the captured and the corrected position. A hollow mark on the
+    circle shows the captured position, and a solid mark shows the corrected position.
     """
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
@@ -211,7 +212,7 @@ class LimbCircle:
         after
             The position of the corrected mark, (3,), or None for no mark.
         line
-            True to draw the line and the circle; for a bone, only the fan is drawn.
+            True to draw the line and the circle. It is False for a bone, which has only a fan.
         """
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None

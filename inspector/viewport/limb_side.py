@@ -170,7 +170,7 @@ def limb_side(
 
 
 def _fan(circle: Circle, after: Array) -> Array:
-    """Return points on the fan from the captured to the corrected direction, (n, 3).
+    """Return points on the fan, the sector from the captured to the corrected direction, (n, 3).
 
     `after` is the corrected direction, (3,). The captured direction is `circle.aside`.
     """

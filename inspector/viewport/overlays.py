@@ -146,7 +146,7 @@ class Overlays:
     def show_sides(
         self, places: Mapping[str, Array], crowding: Crowding, *, wrong: bool = False
     ) -> None:
-        """Show the letters of the body's sides in the left image.
+        """Show the letters of the body's sides, such as L and R, in the left image.
 
         Parameters
         ----------

@@ -40,7 +40,7 @@ def show_signs(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> None:
-    """Show the signs of the last drawn pose.
+    """Show the angle, the letters of the sides and the whole figure for the last drawn pose.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ class Shapes:
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask of the vertices of some bodies and of the spheres at their ends.
+        """Return a mask of the vertices of the given bodies and of the spheres at their ends.
 
         Parameters
         ----------
@@ -365,7 +365,8 @@ def _placed(
     rotations, positions
         The global rotations (joints, 4) and positions (joints, 3).
     grown
-        The thickness of skin relative to normal. Wedges already have their final thickness.
+        The thickness of skin relative to its normal thickness. Wedges already have their final
+        thickness.
 
     Returns
     -------

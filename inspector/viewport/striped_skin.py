@@ -5,7 +5,7 @@ the joint above to the joint below. Joints without a twist error give straight s
 twist of a joint winds the stripes into a spiral on one side of the joint and into the opposite
 spiral on the other side, although no joint moves [Choi26 Fig. 1]. A rigid fin along the front of
 each bone shows the roll of this bone: the fins of correct bones form a line, and the fin of a wrong
-bone points in another direction.
+bone points in a different direction.
 
 In this module, P is the parent joint at the start of a bone, and C is the child joint at its end.
 """
@@ -192,7 +192,7 @@ def drape(
     rotations, positions
         The global rotations (joints, 4) and positions (joints, 3).
     grown
-        The thickness of the tubes relative to normal.
+        The thickness of the tubes relative to their normal thickness.
 
     Returns
     -------

@@ -1,6 +1,7 @@
 """The trails of hands and feet around a frame, before and after correction and tracking.
 
-A twist correction moves no joint [Choi26 §3.2], so both trails coincide unless the clip is tracked.
+A twist correction does not move any joint [Choi26 §3.2], so the trails before and after correction
+coincide unless the clip is tracked.
 """
 
 from __future__ import annotations

@@ -72,7 +72,7 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 
 
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
-    """Replace the arrow icons of Qt's file dialog by characters in the text colour.
+    """Replace the arrow icons of Qt's file dialog with characters in the text colour.
 
     Qt's arrow icons are black and therefore invisible in a dark window.
     """

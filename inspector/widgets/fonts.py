@@ -1,6 +1,6 @@
 """The fonts that the program uses, so that columns of numbers look the same on all systems.
 
-They are part of matplotlib, which the program requires for other reasons.
+They are part of matplotlib, which the program also uses for other purposes.
 """
 
 from __future__ import annotations

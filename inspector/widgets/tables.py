@@ -202,11 +202,11 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
-        """Return the number of rows. A row has no child rows."""
+        """Return the number of rows. Rows have no children."""
         return 0 if parent.isValid() else len(self.things)
 
     def columnCount(self, parent: Index = _TOP) -> int:
-        """Return the number of columns. A row has no child rows."""
+        """Return the number of columns. Rows have no children."""
         return 0 if parent.isValid() else len(self.heads)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:

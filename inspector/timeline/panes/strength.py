@@ -37,9 +37,10 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _soft_size(curves: Curves) -> Array:
-    """Return |δ| in degrees in the frames of soft intervals, (frames,), and NaN in other frames.
+    """Return |δ| in degrees in the intervals of soft errors, and NaN in other frames, (frames,).
 
-    A soft error has no jump. Its strength, which is compared with τ, is the maximum of |δ|.
+    A soft error begins and ends gradually, without a jump. Its strength, which is compared with τ,
+    is the maximum of |δ|.
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
@@ -49,7 +50,7 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return title parts with |δ| at a frame and its maximum, or [] outside soft intervals."""
+    """Return title parts with |δ| of a soft error at a frame and its maximum, or []."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):
