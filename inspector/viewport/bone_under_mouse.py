@@ -52,8 +52,8 @@ class Pointing(QObject):
     def hover(self, at: QPointF) -> None:
         """Show a tool tip with the name of the bone at a point of the view, if there is a bone.
 
-        The name is that of the bone's parent joint. If a click would select a whole limb, the tool
-        tip also shows the name of the limb.
+        A bone has the name of its parent joint. If a click would select a whole limb, the tool tip
+        also shows the name of the limb.
         """
         data = self._view.document.data
         if self.names and data is not None:

@@ -1,4 +1,4 @@
-"""The icons of the program and of its actions. The latter are line drawings in theme colours."""
+"""The icons of the program and of its actions, which are line drawings in the theme's colours."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)
 
 
 def has_icon(name: str) -> bool:
-    """Return True if there is an icon with this name. An action's icon is named by its id."""
+    """Return True if there is an icon with this name. An action's icon is named after its id."""
     return (ICONS / f"{name}.svg").is_file()
 
 

@@ -96,7 +96,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return the rich text in a colour, given as '#rrggbb'."""
+    """Return rich text with the given colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
