@@ -312,7 +312,7 @@ class IntervalsPanel(QWidget):
 
     @contextmanager
     def visit_order(self) -> Iterator[tuple[int, ...]]:
-        """Yield the ids of the intervals in the order in which to visit them, one for each group.
+        """Yield the ids of the intervals to visit, from top to bottom and one for each group.
 
         Within this context, selecting an interval of a group selects the whole group. If a single
         interval of a group is already selected, the intervals of this group are visited one by one.

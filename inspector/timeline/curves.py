@@ -74,7 +74,8 @@ class Curves(ABC):
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
         """Extend the value range of a plot to include a curve. The range never shrinks.
 
-        `least` is the minimum of the first range. Both are in degrees.
+        `degrees` are the values of the curve. `least` is the minimum size of the initial range in
+        degrees.
         """
         seen = degrees[np.isfinite(degrees)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)

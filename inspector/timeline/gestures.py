@@ -110,8 +110,8 @@ class Gestures:
     def hit(self, frame: float, pixel: float) -> Hit:
         """Return the part of the plot at `frame`. `pixel` is the number of frames per pixel.
 
-        The edge of an interval takes precedence over the playhead, because the playhead may be at
-        the same frame.
+        The edge of an interval takes precedence over the playhead, because the playhead moves to
+        this edge when the interval is selected.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)

@@ -90,7 +90,7 @@ class Steering(QWidget):
     def show_person(self) -> None:
         """Show the whole figure of the selected person, or of all people, in the latest named view.
 
-        After a manual move of the camera, the view "iso" is used.
+        If the camera has since been moved or rotated to a limb, this is the view "iso".
         """
         self.set_view(self._framed or "iso")
 
@@ -140,7 +140,7 @@ class Steering(QWidget):
         self._hold(other._anchor)
 
     def set_follow(self, on: bool) -> None:
-        """Set whether the camera follows the figure, without a change of direction or distance."""
+        """Set whether the camera follows the figure at a constant direction and distance."""
         self.follow = on
         self._hold(self._anchor)
 

@@ -118,7 +118,7 @@ def _chest_and_head(
 ) -> tuple[int, int]:
     """Return the joints of the chest and the head. Without a head, its index is −1.
 
-    The chest is the last joint of the hierarchy to which both arms belong. `arms` has the first
+    The chest is the lowest joint of the hierarchy that is above both arms. `arms` has the first
     joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
     """
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]

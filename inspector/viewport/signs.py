@@ -92,7 +92,7 @@ def _add_body(
 ) -> None:
     """Add the bones, heads and chests of a pose to the crowded parts of an image.
 
-    Coloured bones are added with more pixels than plain bones, so that labels avoid them first.
+    Coloured bones are added with more pixels, so that labels preferably cover plain bones.
     """
     ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)

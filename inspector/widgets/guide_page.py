@@ -116,9 +116,9 @@ class GuidePage(QWidget):
         self._find(cursor)
 
     def _find(self, behind: QTextCursor) -> None:
-        """Move to the first match on this page after `behind` or, if none follows, after its start.
+        """Move to the next match on this page or, after the last match, to the first one.
 
-        If there is no match on the page, show a hint next to the search field.
+        The search starts at `behind`. If there is no match on the page, show a hint.
         """
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
