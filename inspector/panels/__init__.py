@@ -1,1 +1,1 @@
-"""The panels for reviewing: tables, filters, and the card of the selected interval."""
+"""The panels for reviewing: tables, filters, playback controls and details of an interval."""

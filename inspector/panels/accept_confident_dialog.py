@@ -1,4 +1,4 @@
-"""The dialog that accepts all undecided intervals of high confidence."""
+"""The dialog that accepts all undecided intervals with a high confidence."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ _USUAL = 0.95
 
 
 class AcceptConfidentDialog(QDialog):
-    """A non-modal dialog for a confidence, with the number of intervals that it would accept."""
+    """A non-modal dialog that asks for a minimum confidence.
+
+    It shows the number of intervals that it would accept.
+    """
 
     def __init__(
         self, document: Document, accept: Callable[[float], None], parent: QWidget
     ) -> None:
         """Build the dialog.
 
-        `accept` is a function that accepts all undecided intervals with at least a given
+        `accept` is a function that accepts all undecided intervals with at least the given
         confidence.
         """
         super().__init__(parent)
@@ -51,7 +54,7 @@ class AcceptConfidentDialog(QDialog):
         self.confidence.selectAll()
 
     def accept(self) -> None:
-        """Accept the intervals, in one step that can be undone."""
+        """Accept the intervals in a single undo step, and close the dialog."""
         super().accept()
         self._accept(self.confidence.value())
 

@@ -73,7 +73,7 @@ _LIMB_TIPS = (
     ),
 )
 _PAD = 8  # pixels
-_NAME = of_core("Right ForeArm")  # if there is no room for this name, the last columns are hidden
+_NAME = of_core("Right ForeArm")  # some columns are hidden if there is no space for this name
 _TICK = 24  # pixels
 # The azimuth is unreliable below this ‖v⊥‖/‖v‖; v is the child's bone, v⊥ its part perpendicular to
 # the parent's bone
@@ -144,9 +144,9 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """The table of chains and limbs. The selected row is the selected chain of the document.
+    """The table of chains and limbs. The selected row is the document's selected chain.
 
-    A line above the table lists the limbs that could not be examined. Next to it is a button for
+    A line above the table summarises which limbs could not be examined. Next to it is a button for
     the action `joint_names`.
     """
 
@@ -247,7 +247,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people, which is visible only if the clip has several people."""
+        """Fill the list of people, and show it if the clip has several people."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -258,12 +258,12 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Show the first limb that was not examined, and the number of other such limbs."""
+        """Show the first limb that could not be examined, and the number of other such limbs."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(one_line_summary(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
-        data = self._document.data  # naming joints helps only if chains are missing
+        data = self._document.data  # the button helps only if chains are missing
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:

@@ -1,4 +1,4 @@
-"""The card of the selected interval: its error, its exact numbers, and the decision."""
+"""The details of the selected interval: its error, its exact numbers, and the decision."""
 
 from __future__ import annotations
 
@@ -67,7 +67,11 @@ _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
 
 class DetailCard(QWidget):
-    """A card with an explanation of the interval, its numbers, a note, and the decision."""
+    """A panel with the details of the selected interval.
+
+    It contains an explanation, fields for the frames, the offset and a note, and buttons for the
+    decision.
+    """
 
     judged = Signal(object)  # with the Decision
     quality_asked = Signal(object)  # with an Interval, a capture fault, to show in the quality tab
@@ -134,7 +138,7 @@ class DetailCard(QWidget):
         self.several = Caption()
         self.several.hide()
         head = hbox((self.title, 1), self.end)
-        head.addStrut(self.end.sizeHint().height())  # keeps the rows below in place
+        head.addStrut(self.end.sizeHint().height())  # so that the rows below do not move
         self._text = vbox((self.why, 1), self._link)
         vbox(self.several, head, self._text, form, buttons, owner=self)
         self.set_low(False)
@@ -157,10 +161,10 @@ class DetailCard(QWidget):
         self._refresh()
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows, or back if `low` is False.
+        """Set whether to use the layout for windows of low height.
 
-        In the layout for low windows, gaps are smaller, and the explanation is one line long, with
-        the full text in its tool tip.
+        In this layout, gaps are smaller. The explanation is a single line and has the full text in
+        its tool tip.
         """
         layout = self.layout()
         assert layout is not None
@@ -196,7 +200,7 @@ class DetailCard(QWidget):
         self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:
-        """Show the new clip. The note typed for the previous clip has already been stored."""
+        """Show a new clip. A note that was typed for the previous clip has already been stored."""
         self._shown = None
         self._show_note(None)
         self._refresh()
@@ -265,7 +269,7 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """Show the button to the quality tab if `kind` is a capture fault, and hide it if not."""
+        """Show the button that leads to the quality tab if `kind` is a capture fault."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
         if kind == Kind.NOISE_BURST:
@@ -282,7 +286,10 @@ class DetailCard(QWidget):
             self.quality_asked.emit(self._document.displayed(judged).interval)
 
     def _ended_at(self, jump: Interval) -> Interval | None:
-        """Return the interval of the same joint that begins or ends at a lone jump, or None."""
+        """Return the stretch of the same joint that begins or ends at a lone jump, or None.
+
+        A stretch is an interval in which the joint stays rotated about its own bone.
+        """
         stretches = (j.interval for j in self._document.intervals if j.interval.kind.info.turns)
         return next(
             (
@@ -294,7 +301,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return the effects of the correction on the limb, with all other corrections applied."""
+        """Return the side effects of a correction if all other corrections are also applied."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -310,7 +317,7 @@ class DetailCard(QWidget):
         )
 
     def _show_reason(self) -> None:
-        """Show why a peak near the playhead is not an interval, if no interval is selected."""
+        """If no interval is selected, explain why a peak near the playhead is not an interval."""
         document = self._document
         if document.interval is not None:
             return
@@ -325,7 +332,7 @@ class DetailCard(QWidget):
         self.why.set_plain(text)
 
     def says(self, text: str) -> bool:
-        """Return True if the card is visible and shows this text."""
+        """Return True if the panel is visible and its explanation is this text."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def focus_field(self, what: str) -> bool:
@@ -351,7 +358,7 @@ class DetailCard(QWidget):
             start, stop = self.start.value() - first, self.stop.value() - first
             edited = resized(judged.interval, start, stop)
             self._document.edit(judged.id, edited, self._burst.drag())
-            if not start <= self._document.frame < stop:  # go to a frame that the decision concerns
+            if not start <= self._document.frame < stop:  # go to a frame of the interval
                 self._document.go_to(start)
 
     def _delta_edited(self, degrees: float) -> None:
@@ -360,7 +367,7 @@ class DetailCard(QWidget):
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
-        """Store the note and the reason that the user has typed for the interval shown."""
+        """Store the note and the reason that the user has typed for the displayed interval."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
@@ -379,10 +386,11 @@ def explanation(
     measures: Sequence[ProtectedMeasure] = (),
     stretch: Interval | None = None,
 ) -> str:
-    """Return an explanation of why an interval is listed: the error, the side effects, the numbers.
+    """Return the text that explains why an interval is listed.
 
-    `measures` are the protected measures before and after the correction. `stretch` is the interval
-    that begins or ends at a lone jump.
+    The text describes the error, the side effects of the correction, and the numbers. `measures`
+    has the protected measures before and after the correction. `stretch` is the interval that
+    begins or ends at a lone jump, or None.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -439,7 +447,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return a sentence with the body part that is turned, the angle and the duration."""
+    """Return the first sentence of an explanation: the wrong body part, the angle, the duration."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
@@ -495,13 +503,16 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """Return True for an open interval in which the parent turns without the child turning back."""
+    """Return True for an open interval in which the parent rotates but the child does not.
+
+    In a counter-twist, the child would rotate back by the same angle.
+    """
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences about the edges of a counter-twist: how both joints jump or turn there."""
+    """Yield sentences about the edges of a counter-twist: how θp and θc change there."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
@@ -579,7 +590,7 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
 
 
 def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return a sentence about a limb that does not move, with the duration."""
+    """Return sentences about a limb that does not move: the limb and the duration."""
     limb = capitalised(of_core(evidence.get("part", chain.label)))
     if "seconds" not in evidence:
         still = tr("{limb} does not move at all.", limb=limb)
@@ -594,13 +605,13 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """Return the doubts about a correction, except doubts that `measures` already describe."""
+    """Return the reasons for doubt about a correction, except doubts that `measures` describe."""
     listed = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences about a flip: its jumps about the limb's line, and the side between them."""
+    """Yield sentences about a flip: its jumps, and how usual the side between them is."""
     edges = evidence.get("edges", ())
     if not edges:
         return
@@ -613,7 +624,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _jump(edge: Mapping[str, Any], first_frame: int) -> str:
-    """Return the angle and the frame of a flip's edge, which may extend over several frames."""
+    """Return a phrase with the angle of a flip's edge and the frame or frames of the edge."""
     jump, frame = signed(edge["jump_deg"], 0), edge["start"] + first_frame
     if (n := edge["stop"] - edge["start"]) == 1:
         return tr("by {jump}° at frame {frame}", jump=jump, frame=frame)
@@ -621,7 +632,10 @@ def _jump(edge: Mapping[str, Any], first_frame: int) -> str:
 
 
 def _rare_side(side: float) -> str:
-    """Return a clause that says how rarely the limb is on this side, or ''."""
+    """Return a sentence if the joint is rarely on this side in the clip, or ''.
+
+    `side` is the log odds that the joint belongs on the opposite side.
+    """
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side that it rarely takes in the rest of this clip."
@@ -632,7 +646,7 @@ def _rare_side(side: float) -> str:
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """Return the numbers on which a detection is based, for the tool tip of the card."""
+    """Return the numbers on which a detection is based, for the tool tip of the explanation."""
     if judged.edited:
         return ""
     if isinstance(chain, Limb):
@@ -649,7 +663,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """Return the numbers on which a flip's detection is based, for the card's tool tip."""
+    """Return the numbers on which the detection of a flip is based, for the tool tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     lines = []
     if edges := evidence.get("edges", ()):

@@ -1,4 +1,7 @@
-"""Buttons that show whether the foot, hand or next joint was kept or carried along."""
+"""Buttons that show whether an error also rotated the foot, hand or next joint.
+
+If it did, this part was 'carried along'. If not, it was 'kept'.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,7 @@ _WORDS = {  # text and tool tip of each button, keyed by `carried`
 
 
 class EndChoice(QWidget):
-    """A heading with two buttons, such as 'Foot: kept | carried along'."""
+    """A label with two buttons, such as 'Foot: kept | carried along'."""
 
     turned = Signal()  # the user chose the other button
 
@@ -40,7 +43,10 @@ class EndChoice(QWidget):
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether the part `word` ('foot', 'hand' or 'next joint') was carried along."""
+        """Show whether the part with the name `word` was carried along.
+
+        `word` is 'hand', 'foot', 'end' or 'next joint'.
+        """
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():

@@ -1,4 +1,4 @@
-"""The history of the review: a list of steps. A click on a step undoes or redoes up to it."""
+"""The list of the steps of the review. A click on a step undoes or redoes all steps up to it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class HistoryPanel(QWidget):
         self.list.scrollToItem(self.list.item(done))
 
     def _steps(self, review: Review) -> Iterator[str]:
-        """Yield the name of each step, with the chain and the frames of its interval."""
+        """Yield the name of each step and, if it changed an interval, its chain and frames."""
         first = self._document.first_frame
         for name, judged in zip(review.history, review.changed_intervals, strict=True):
             place = ""

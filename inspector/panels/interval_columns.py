@@ -1,4 +1,4 @@
-"""The columns of the interval table: their visibility, their widths, and the sort order."""
+"""The columns of the interval table: which of them are visible, their widths, the sort order."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ class Column:
     Attributes
     ----------
     id
-        The name in the settings.
+        The name of the column in the settings.
     head
         The heading.
     name
-        The text in the menu of columns, or '' for the heading.
+        The text in the menu of columns. If it is '', the menu shows the heading.
     tip
         The tool tip of the heading.
     figures
-        True for a column of numbers, which are aligned to the right.
+        True for a column of numbers. They are aligned to the right.
     """
 
     id: str
@@ -82,7 +82,7 @@ COLUMNS = (
 )
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
-# Hidden in this order if there is too little room
+# These columns are hidden in this order if there is not enough space
 _SPARED = ("time", "frames", "note", "confidence", "kind", "end", "stop")
 _PAD = 10  # pixels on either side of a text
 # Pixels: maximum width of a column of names, minimum width of the first column
@@ -93,16 +93,16 @@ _NOTE = 60
 def columns_that_fit(
     widths: Mapping[str, int], filled: Iterable[str], room: int, least: int
 ) -> list[str]:
-    """Return the ids of the columns that fit into `room` pixels, in their order.
+    """Return the ids of the columns that fit into `room` pixels, from left to right.
 
     Parameters
     ----------
     widths
-        The width of each column, keyed by id.
+        The width of each column in pixels, keyed by id.
     filled
         The ids of the columns that have a text in any row.
     least
-        The width that the first column must have for the column 'stop' to be shown.
+        The minimum width of the first column in pixels if the column 'stop' is shown.
     """
     shown = [c.id for c in COLUMNS if c.id in filled and c.id != "joints"]
 
@@ -118,10 +118,11 @@ def columns_that_fit(
 
 
 class IntervalColumns(QObject):
-    """Shows the columns that the user has chosen, or all that fit, and stores the sort order.
+    """The manager of a table's columns, which also stores the sort order.
 
-    A right click on a heading opens the menu of columns. A click sorts by that column; the third
-    click restores the original order.
+    It shows the columns that the user has chosen or, by default, all columns that fit. A right
+    click on a heading opens the menu of columns. A click on a heading sorts by this column, and the
+    third click restores the original order.
     """
 
     def __init__(self, table: RowTable, settings: Settings) -> None:
@@ -147,14 +148,14 @@ class IntervalColumns(QObject):
     def take(self, samples: Mapping[str, str], filled: Iterable[str]) -> None:
         """Set the widest text of each column, and the columns that are not empty.
 
-        `samples` has the widest texts, keyed by column id; '' means that the heading is widest.
-        `filled` has the ids of the columns that have a text in any row.
+        `samples` has the widest texts, keyed by column id. An empty text means that the heading is
+        the widest text. `filled` has the ids of the columns that have a text in any row.
         """
         self._samples, self._with_text = dict(samples), frozenset(filled)
         self.fit()
 
     def fit(self) -> None:
-        """Fit the columns and their widths to the table, if anything has changed."""
+        """Choose the visible columns and their widths again, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
         numbers = table.numbers_width

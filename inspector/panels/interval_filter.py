@@ -48,7 +48,7 @@ class IntervalFilter:
     bounds
         Limits of the confidence, such as ('≥', 0.9).
     words
-        Words that must all be in the text of an interval.
+        Words that must all occur in the searchable text of an interval.
     """
 
     chosen: str = ALL
@@ -57,7 +57,9 @@ class IntervalFilter:
 
     @staticmethod
     def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
-        """Return the filter for three inputs. A typed '>0.9' is a limit of the confidence.
+        """Return the filter for the inputs of the user.
+
+        In the search line, a text such as '>0.9' is a limit of the confidence.
 
         Parameters
         ----------
@@ -99,7 +101,7 @@ class IntervalFilter:
 
 
 class FilterLine(QWidget):
-    """A row with the list of filters, the list of confidences and the search line."""
+    """The input fields of the filter: a list of filters, a list of confidences, a search line."""
 
     changed = Signal()
     left = Signal()  # Enter or Esc was pressed, so the keys belong to the review again
@@ -164,7 +166,7 @@ class _SearchLine(QLineEdit):
         self.setAccessibleDescription(tip)
 
     def event(self, event: QEvent) -> bool:
-        """Handle Enter and Esc before they act as shortcuts."""
+        """Handle Enter and Esc, so that they do not act as shortcuts of the window."""
         if isinstance(event, QKeyEvent) and event.key() in _ENDS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()

@@ -1,4 +1,4 @@
-"""The groups in the interval table, and which of them are unfolded."""
+"""The groups of errors in the interval table, which the user can unfold and fold."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from twistcore.review.model import overlapping_ids
 
 
 class IntervalGroups:
-    """Arranges the intervals of a document in groups.
+    """The groups of a document's intervals.
 
     Attributes
     ----------
     on
         True to group errors that belong together. In an exercise, there are no groups.
     whole
-        True if the whole group of the selected interval is selected, False if only the interval is.
+        True if the selection is the whole group of the selected interval, False if it is only the
+        interval.
     """
 
     def __init__(self, document: Document) -> None:
@@ -33,7 +34,7 @@ class IntervalGroups:
         self._found: tuple[ErrorGroup, ...] = ()
 
     def forget(self) -> None:
-        """Fold all groups. Called when another clip is opened."""
+        """Discard all groups. Called when a different clip is opened."""
         self.whole = False
         self._unfolded.clear()
         self._by_id.clear()
@@ -41,7 +42,7 @@ class IntervalGroups:
 
     @property
     def count(self) -> int:
-        """Return the number of groups."""
+        """The number of groups in the table."""
         return len({group.id for group in self._by_id.values()})
 
     def find(self, interval_id: int | None) -> GroupRow | None:
@@ -50,12 +51,12 @@ class IntervalGroups:
 
     @property
     def selected(self) -> GroupRow | None:
-        """Return the row of the group that is selected as a whole, or None."""
+        """The row of the group that is selected as a whole, or None."""
         return self.find(self._document.interval_id) if self.whole else None
 
     @property
     def entered(self) -> GroupRow | None:
-        """Return the row of the group in which a single interval is selected, or None."""
+        """The row of the group in which only a single interval is selected, or None."""
         return None if self.whole else self.find(self._document.interval_id)
 
     def unfold(self, group: GroupRow, on: bool = True) -> None:
@@ -66,10 +67,11 @@ class IntervalGroups:
             self._unfolded.difference_update(group.ids)
 
     def rows(self, listed: Sequence[Judged], intervals: Sequence[Judged]) -> list[ListRow]:
-        """Return the rows of all intervals in order, including rows that are not listed.
+        """Return the rows of all intervals and groups, including rows that are not listed.
 
-        The row of a group is followed by the rows of its intervals, which are listed if the group
-        is unfolded. Groups contain only intervals from `listed` that were not made by hand.
+        The rows are in the order of `intervals`. The row of a group is followed by the rows of its
+        intervals, which are listed if the group is unfolded. Groups contain only intervals from
+        `listed` that a detector has found.
         """
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}

@@ -41,11 +41,11 @@ class GroupRow:
     Attributes
     ----------
     members
-        The intervals of the group. The first one represents the group.
+        The intervals of the group. The first one determines the chain and the values for sorting.
     unfolded
-        True if the rows of the intervals are visible.
+        True if the rows of the group's intervals are visible.
     listed
-        True if the row is visible.
+        True if the row of the group is visible.
     """
 
     name: str
@@ -55,17 +55,17 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """Return the key of the row, which is not the id of any interval."""
+        """The id of the row. It differs from the ids of all intervals."""
         return -self.members[0].id
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """The ids of all intervals of the group."""
+        """The ids of all intervals in the group."""
         return tuple(judged.id for judged in self.members)
 
     @property
     def undecided(self) -> Judged:
-        """The first undecided interval of the group or, if all are decided, the first one."""
+        """The first undecided interval in the group or, if all are decided, the first interval."""
         left = (j for j in self.members if j.decision == Decision.UNDECIDED)
         return next(left, self.members[0])
 
@@ -77,11 +77,11 @@ class IntervalRow:
     Attributes
     ----------
     shared
-        True if the interval overlaps another interval of its chain.
+        True if a different interval of the same chain overlaps this interval.
     listed
         True if the row is visible.
     group
-        The row of its group, or None.
+        The row of the interval's group, or None if the interval is in no group.
     """
 
     judged: Judged
@@ -104,7 +104,7 @@ ListRow = IntervalRow | GroupRow
 
 
 class IntervalModel(RowModel[ListRow]):
-    """The rows of the table. The intervals of a group follow the row of the group."""
+    """The rows of the interval table. The intervals of a group follow the row of the group."""
 
     heads = tuple(column.head for column in COLUMNS)
     head_tips = tuple(column.tip or column.name for column in COLUMNS)
@@ -120,9 +120,9 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return the heading of a column, or the number of an interval.
+        """Return the heading of a column, or the number of the interval in a row.
 
-        The number of an interval does not depend on the sort order.
+        The number is the interval's id and does not depend on the sort order.
         """
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
@@ -245,16 +245,17 @@ class SortedRows(QSortFilterProxyModel):
 
 
 def verdict_text(judged: Judged) -> str:
-    """Return the text for the verdict on an interval, with a symbol such as ✓."""
+    """Return the verdict on an interval as text, with a symbol such as ✓."""
     if judged.verdict == APPLIED:
         return tr("✓ automatic")
     return tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
 
 
 def end_text(judged: Judged) -> str:
-    """Return 'kept' or 'turned' for the part below an interval, or '' if there is no such part.
+    """Return 'turned' if the error also rotated the next part of the body, or 'kept' if not.
 
-    This part is the foot or hand of a flip, or the next joint.
+    This part is the foot, hand or next joint. The result is '' if the kind of error has no such
+    part.
     """
     if not judged.interval.kind.info.below:
         return ""

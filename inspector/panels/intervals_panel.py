@@ -60,7 +60,7 @@ class IntervalsPanel(QWidget):
         self._document = document
         self._groups = IntervalGroups(document)
         self._refreshing = self._clicked = False
-        # The ids of the intervals to visit, while a visit is in progress
+        # Within `visit_order`: the ids of the intervals in the group that is visited one by one
         self._stepping: tuple[int, ...] | None = None
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
@@ -111,7 +111,7 @@ class IntervalsPanel(QWidget):
         self.count.setVisible(self.width() >= _WITH_COUNT)
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows, which has lower rows, or back if `low` is False."""
+        """Set whether to use the layout for windows of low height, which has lower rows."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
@@ -133,18 +133,19 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def unfold_with(self, *actions: QAction) -> None:
-        """Let the Right and Left keys of `actions` first unfold and fold a selected group.
+        """Let the Right and Left keys unfold and fold the selected group, if there is one.
 
-        The Right key also moves the focus to the table, in which the Down and Up keys go through
-        the errors of the group. There, the Left key also folds the group of a selected error.
+        In other cases, the keys trigger `actions`. The Right key also moves the focus to the table,
+        so that the Down and Up keys go through the intervals of the group. While the table has the
+        focus, the Left key also folds the group of the selected interval.
         """
         for action in actions:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Unfold or fold a group after a click on its arrow or a key.
+        """Unfold or fold a group after a click on its arrow or after a key press.
 
-        A key is handled only while the table is visible.
+        Keys are handled only while the table is visible.
         """
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
@@ -193,7 +194,7 @@ class IntervalsPanel(QWidget):
         if (data := document.data) is None or not document.intervals:
             return
         known = self._measured
-        # Few intervals are new while τ is dragged
+        # While the user drags τ, few intervals are new.
         fresh = [j for j in document.intervals if id(j) not in known]
         self._measured = {id(j): j for j in document.intervals}
         if shared:
@@ -238,7 +239,7 @@ class IntervalsPanel(QWidget):
         )
 
     def _is_listed(self, judged: Judged) -> bool:
-        """Return True for the selected interval and for intervals that pass the filter."""
+        """Return True if an interval is selected or passes the filter."""
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
@@ -277,7 +278,10 @@ class IntervalsPanel(QWidget):
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of selected intervals and of selected groups' intervals, in order."""
+        """Return the ids of the selected intervals, including those in selected groups.
+
+        They are in the order of the rows.
+        """
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
 
@@ -286,11 +290,11 @@ class IntervalsPanel(QWidget):
 
     @property
     def has_several_selected(self) -> bool:
-        """Return True if several rows are selected."""
+        """True if several rows are selected."""
         return len(self._selected_rows()) > 1
 
     def context_menu(self, actions: Sequence[QAction]) -> None:
-        """Add actions to the context menu of a row."""
+        """Set the actions in the context menu of the rows."""
         self.table.addActions(list(actions))
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
@@ -308,10 +312,10 @@ class IntervalsPanel(QWidget):
 
     @contextmanager
     def visit_order(self) -> Iterator[tuple[int, ...]]:
-        """Yield the ids of the intervals to visit from top to bottom, one for each row.
+        """Yield the ids of the intervals to visit, from top to bottom and one for each group.
 
         Within this context, selecting an interval of a group selects the whole group. If a single
-        interval of a group was selected before, the intervals of that group are visited one by one.
+        interval of a group is already selected, the intervals of this group are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
         stops = []
@@ -364,7 +368,7 @@ class IntervalsPanel(QWidget):
         self._report_number()
 
     def _span_names(self) -> None:
-        """Let the name of a group extend over the columns that have no text for groups."""
+        """Extend the name of each group over the columns that have no text in its row."""
         self.table.clearSpans()
         if self._groups.count:
             for row, thing in enumerate(self._listed_things()):
@@ -393,13 +397,13 @@ class IntervalsPanel(QWidget):
 
     @property
     def _is_filtered(self) -> bool:
-        """Return True if the filter or a hidden chain may exclude intervals from the table."""
+        """True if the filter or a hidden chain may exclude intervals from the table."""
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
         """Select the row of the interval that is selected in the document.
 
-        If the interval may be filtered out or if its group is folded, update the list first.
+        If the row may be hidden by the filter or in a folded group, update the table first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:

@@ -1,4 +1,4 @@
-"""Words for the middle joint and the end of a limb, and for the body part next to a bone."""
+"""The words for a limb's middle joint, for its end, and for the body part after a bone."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _JOINT = tr_as("the part that turns back", "next joint")
 
 
 def middle_of(limb: Limb) -> str:
-    """Return the word for the limb's middle joint: knee or elbow."""
+    """Return the word for the limb's middle joint: 'knee', 'elbow' or 'middle joint'."""
     return _MIDDLES[limb.middle_word]
 
 
@@ -79,5 +79,5 @@ def next_part(chain: Chain) -> str:
 
 
 def part_of_body(chain: Chain) -> str:
-    """Return the name of a chain's body part, or of a limb, for the beginning of a sentence."""
+    """Return the body part of a chain or limb as the beginning of a sentence."""
     return _PARTS.get(chain.label) or of_core(chain.label)

@@ -1,4 +1,4 @@
-"""Labels in the status bar: frame and interval; the chain's angle, strength and offset."""
+"""The labels in the status bar: one for the frame and the interval, and one for the chain."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ _LONGEST_JOINTS = 26  # maximum number of letters; the tool tip shows the rest
 
 
 class FrameLine(ElidedLine):
-    """A label with frame, time and selected interval. A message may replace it for a while."""
+    """A label with the frame, the time and the selected interval.
+
+    The status bar shows temporary messages in its place.
+    """
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,7 +53,7 @@ class FrameLine(ElidedLine):
 
 
 class PositionLine(SteadyLabel):
-    """A label with the selected chain and its angle, strength and offset at the playhead."""
+    """A label with the selected chain, and with its angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""Sentences and numbers about the side effects of a correction."""
+"""Describe the side effects of a correction in a sentence and in a table of numbers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:
-    """Return one line per measure, with its value before and after the correction."""
+    """Return a text with one line per measure: its value before and after the correction."""
     return "\n".join(map(_line, measures))
 
 

@@ -1,4 +1,4 @@
-"""A list of reasons for a rejection: a digit selects one, or the user types another reason."""
+"""A list of reasons for a rejection. The user presses a digit or types a different reason."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 
 
 class ReasonPalette(QDialog):
-    """A popup with reasons. The keys 1 to 9 select a reason; Enter accepts a typed reason."""
+    """A popup with reasons. The keys 1 to 9 select a reason, and Enter accepts a typed reason."""
 
     chosen = Signal(str)
 
@@ -65,9 +65,9 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the keys of the search line.
+        """Handle the keys that are pressed in the input field.
 
-        Up and Down move in the list. While the line is empty, a digit selects a reason.
+        Up and Down move in the list. While the field is empty, a digit selects a reason.
         """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if step := _STEPS.get(Qt.Key(event.key()), 0):

@@ -1,4 +1,4 @@
-"""The usual reasons for a rejection. Files always contain the English text."""
+"""The usual reasons for a rejection, in English for files and in the user's language."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ REASONS = tuple(_REASONS)
 
 
 def shown_reason(reason: str) -> str:
-    """Return a reason in the chosen language. A reason typed by the user is not translated."""
+    """Return a reason in the user's language. A reason that the user typed is not translated."""
     return _REASONS.get(reason, reason)
 
 
 def stored_reason(shown: str) -> str:
-    """Return the text to write to a file for a reason that was selected or typed."""
+    """Return the English text of a selected reason, for files. A typed reason is unchanged."""
     return _IN_FILES.get(shown, shown)

@@ -1,4 +1,4 @@
-"""The line that asks for the reviewer's name after the first unsigned decision."""
+"""The line that asks for the reviewer's name after the first decision without a name."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name.
+    """A line with a field for the reviewer's name.
 
-    The line does not take the focus when it appears, so that keys still decide on intervals until
-    the user clicks on the field.
+    Enter saves the name, which then also applies to earlier decisions. The field does not get the
+    focus when it appears, so the keys that accept or reject intervals still work until the user
+    clicks on the field.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
@@ -44,7 +45,7 @@ class ReviewerLine(QFrame):
             self.show()  # without the focus, because the next key is usually another decision
 
     def _hide_if_named(self) -> None:
-        """Hide the line if the name was entered elsewhere."""
+        """Hide the line if the user has entered the name in a different place."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

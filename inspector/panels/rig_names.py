@@ -1,4 +1,4 @@
-"""The names of a chain's joints in the file, such as 'lradius → lhand' for 'Left ForeArm'."""
+"""The names of a chain's joints as in the file: 'lradius → lhand' for 'Left ForeArm'."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from twistcore.skeleton.motion import Skeleton
 
 
 def joints_of(chain: Chain, skeleton: Skeleton) -> str:
-    """Return the names of a chain's joints in the file: parent → child (→ end for a limb)."""
+    """Return the names of a chain's joints as in the file: parent → child (→ end for a limb)."""
     joints = (chain.parent, chain.child, *((chain.end,) if isinstance(chain, Limb) else ()))
     return " → ".join(legible(skeleton.names[j]) for j in joints)
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:
-    """Return the names of a chain's joints in the file, or '' if they repeat the chain's label."""
+    """Return the names of a chain's joints as in the file, or '' if they repeat its label."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
     return "" if same or not chain.segment else joints_of(chain, skeleton)

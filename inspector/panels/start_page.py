@@ -1,4 +1,4 @@
-"""The start page, with buttons for the tour and the sample, and recent clips and folders."""
+"""The start page, with buttons to open a clip or folder, the sample or the tour."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
 class StartPage(QScrollArea):
-    """The start page, which covers the 3D view while no clip is open."""
+    """The page that covers the 3D view while no clip is open. It also lists recent files."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class StartPage(QScrollArea):
             button.setIcon(self._folder_icon)
 
     def show_recent(self, clips: Sequence[Path], folders: Sequence[Path] = ()) -> None:
-        """List the recent folders and clips, the latest first."""
+        """List the recent folders and then the recent clips, each with the latest first."""
         while item := self._recent.takeAt(0):
             if widget := item.widget():
                 widget.hide()
@@ -147,7 +147,7 @@ def _button(action: QAction, text: str) -> QPushButton:
 
 
 def _short_path(path: Path) -> str:
-    """Return the name and the folder of a file. The middle of a long path is replaced by '…'."""
+    """Return the name and the folder of a file. '…' replaces the middle of a long path."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

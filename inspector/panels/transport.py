@@ -15,7 +15,7 @@ from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 
 _MARGIN = 8  # pixels at the left and right end
-_LEAST_SLIDER = 200  # pixels; with less room, the slider gets a row of its own
+_LEAST_SLIDER = 200  # pixels; with less space, the slider is in a separate row
 _PLAY, _PAUSE = tr_as("button", "Play"), tr_as("button", "Pause")
 _SHOWN = {
     Show.BEFORE: tr_as("in the 3D view", "Before"),
@@ -25,7 +25,10 @@ _SHOWN = {
 
 
 class Transport(QWidget):
-    """Buttons, slider, frame number and speed below the 3D view."""
+    """The playback controls: buttons, slider, frame number, time and speed.
+
+    A list selects the figure that the 3D view shows: before correction, after correction, or both.
+    """
 
     def __init__(self, document: Document, player: Player, actions: Mapping[str, QAction]) -> None:
         super().__init__()
@@ -66,7 +69,7 @@ class Transport(QWidget):
             self.slider, self._row, owner=self, margins=(_MARGIN, 2, _MARGIN, 2), spacing=2
         )
         self._in_row = False  # True if the slider is in the row of the buttons
-        self._place_slider(in_row=True)  # at once, because most windows are wide enough
+        self._place_slider(in_row=True)  # most windows are wide enough
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)
@@ -81,9 +84,10 @@ class Transport(QWidget):
         self._player_changed()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Adapt the controls to a narrow window.
+        """Adapt the controls to the width of the window.
 
-        First hide the time, which the curves also show. Then move the slider to a row of its own.
+        If the window is narrow, hide the time, which the curves also show. If it is very narrow,
+        move the slider to a separate row as well.
         """
         super().resizeEvent(event)
         room = self.width() - self._least_width()
@@ -93,7 +97,7 @@ class Transport(QWidget):
         self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size without the time and with the slider in a row of its own."""
+        """Return the minimum size, which is without the time and with the slider in its own row."""
         return QSize(self._least_width(), super().minimumSizeHint().height())
 
     def _least_width(self) -> int:
@@ -113,7 +117,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with the number it shows for frame 0."""
+        """Return the widgets that show the frame, each with its number for the first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

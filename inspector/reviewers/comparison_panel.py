@@ -1,4 +1,4 @@
-"""The list of differences between this review and another one, with buttons to settle them."""
+"""The list of differences between two reviews of a clip, with buttons to settle them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel
 
 
 class DifferencesModel(RowModel[DifferenceRow]):
-    """The rows of the differences: the interval, and the decisions of both reviewers."""
+    """The rows of the table: an interval, and the decisions of both reviewers."""
 
     heads = ("", "", "")  # set for each comparison, because they contain the reviewers' names
     middle = (0,)
@@ -50,7 +50,10 @@ class DifferencesModel(RowModel[DifferenceRow]):
         return thing.key
 
     def describe(self, thing: DifferenceRow) -> TableRow:
-        """Return the texts of a row: both decisions, or the differing values of the corrections."""
+        """Return the texts of a row: the interval, and the decisions of both reviewers.
+
+        If only the corrections differ, the texts also contain the values that differ.
+        """
         pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
         name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
         texts = [verdict_text(judged) if judged else "–" for judged in sides]
@@ -72,13 +75,16 @@ class DifferencesModel(RowModel[DifferenceRow]):
         )
 
     def correction(self, judged: Judged) -> tuple[str, str, str]:
-        """Return the frames, the angle and the end of a correction as texts."""
+        """Return the texts for the frames, the angle and the end of a correction.
+
+        The end is the foot, hand or next joint, which is 'kept' or 'turned'.
+        """
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
         return frames, angle_of(interval.kind, interval.shown), end_text(judged)
 
     def label(self, chain: str) -> str:
-        """Return the label of a chain, or its name if only the other review has the chain."""
+        """Return the label of a chain, or its name if the open review does not have the chain."""
         try:
             return of_core(self._document.find_chain(chain).list_label)
         except KeyError:
@@ -86,7 +92,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
 
 
 class ComparisonPanel(QWidget):
-    """The differences between two reviews. Selecting a row shows its interval."""
+    """A table of the differences between two reviews. Selecting a row shows its interval."""
 
     shown = Signal(object)  # with the selected interval, which may be from either review
 
@@ -118,7 +124,7 @@ class ComparisonPanel(QWidget):
         self.compare(None)
 
     def compare(self, second: SecondReview | None) -> None:
-        """List the differences from another review. None clears the list."""
+        """List the differences between the open review and `second`. None clears the list."""
         self._second, self._key = second, None
         mine, theirs = (second.mine, second.theirs) if second else ("", "")
         self.model.heads = (tr("Interval"), f"{tr('Mine')}\n{mine}", f"{tr('Theirs')}\n{theirs}")
@@ -132,7 +138,7 @@ class ComparisonPanel(QWidget):
 
     @property
     def rows(self) -> list[DifferenceRow]:
-        """The listed differences."""
+        """The rows of the table, including settled differences."""
         return list(self.model.things)
 
     @property
@@ -143,7 +149,7 @@ class ComparisonPanel(QWidget):
     # -- actions ---------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Go to the next difference that is not settled."""
+        """Go to the next difference that is not settled, or report that all are settled."""
         rows, now = self.rows, self.current
         at = 0 if now is None else rows.index(now) + 1
         if ahead := [row for row in (*rows[at:], *rows[:at]) if not row.settled]:
@@ -153,7 +159,10 @@ class ComparisonPanel(QWidget):
             self._say(tr("All differences between the reviews are settled."))
 
     def keep_mine(self) -> None:
-        """Confirm the own decision. If only the other review has the interval, reject it."""
+        """Confirm the user's decision on the selected difference.
+
+        If only the other review has the interval, reject it.
+        """
         if (row := self._chosen()) is None:
             return
         mine, theirs = row.pair.mine, row.pair.theirs
@@ -168,7 +177,7 @@ class ComparisonPanel(QWidget):
             )
 
     def take_theirs(self) -> None:
-        """Use the other reviewer's decision and correction."""
+        """Use the other reviewer's decision and correction for the selected difference."""
         if (row := self._chosen()) is None:
             return
         if (taken := row.pair.taken(self._document.review.state.next_id)) is not None:
@@ -177,9 +186,9 @@ class ComparisonPanel(QWidget):
             self._say(tr("The other reviewer has not decided on this interval."))
 
     def take_undecided(self) -> None:
-        """Use the other reviewer's decisions on all intervals that are undecided here.
+        """Use the other reviewer's decisions on all intervals that the user has not decided on.
 
-        The decisions keep the other reviewer's name.
+        These decisions are stored with the other reviewer's name.
         """
         second, state = self._second, self._document.review.state
         if not (taken := second.left_to_them(state) if second else ()):
@@ -249,7 +258,10 @@ class ComparisonPanel(QWidget):
             self._show(row)
 
     def _show(self, row: DifferenceRow) -> None:
-        """Select the interval of a row. If only the other review has it, go to its frames."""
+        """Select the interval of a row in the document.
+
+        If only the other review has the interval, go to its frames.
+        """
         document, judged = self._document, row.pair.either
         if row.pair.mine is not None:
             document.select_interval(judged.id, jump=True)
@@ -264,7 +276,7 @@ class ComparisonPanel(QWidget):
     # -- texts -----------------------------------------------------------------------------------
 
     def _described(self) -> str:
-        """Return what differs in the selected row, and both decisions, as rich text."""
+        """Return a description of the selected difference and both decisions, as rich text."""
         if (row := self.current) is None or (difference := row.pair.difference) is None:
             return ""
         sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
@@ -274,7 +286,7 @@ class ComparisonPanel(QWidget):
         return "<br>".join(lines)
 
     def _decision(self, judged: Judged) -> str:
-        """Return a decision as text, with its correction, reviewer, time, reason and note."""
+        """Return the text for a decision: its correction, reviewer, time, reason and note."""
         words = [" ".join((verdict_text(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]

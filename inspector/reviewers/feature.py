@@ -1,4 +1,4 @@
-"""The comparison with another review of the clip, as a feature of the window."""
+"""The comparison with a second review of the clip, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -30,20 +30,24 @@ from twistcore.review.agreement import check_same_clip
 
 
 class Reviewers(FeatureParts):
-    """The panel of differences, and the actions that settle them."""
+    """The parts of the feature: the panel of differences, and the actions that settle them."""
 
     def __init__(self, window: HostWindow) -> None:
         self.comparison = ComparisonPanel(window.document, window.colours, window.actions_by_id)
 
     def connect(self, window: HostWindow) -> None:
-        """Hide the panel when another clip is opened, and zoom to a selected difference."""
+        """Connect the panel to the window.
+
+        The panel is hidden when a different clip is opened. The timeline zooms to a difference when
+        it is selected.
+        """
         self._window, self._dock = window, window.docks["comparison"]
         self._reading = OneTask(self.comparison)
         window.document.opened.connect(self._end)
         self.comparison.shown.connect(self._zoom)
 
     def choose(self) -> None:
-        """Let the user choose another review of the open clip, and compare both reviews."""
+        """Let the user choose the session file of a second review, and compare it."""
         document = self._window.document
         pattern = tr("Sessions") + f" ({SESSION_PATTERNS});;" + tr("All files") + " (*)"
         ask_files(
@@ -83,21 +87,21 @@ class Reviewers(FeatureParts):
             self._window.timeline.visible.zoom_to_interval(judged)
 
     def _end(self) -> None:
-        """Close the comparison, because another clip was opened."""
+        """Close the comparison, because a different clip was opened."""
         self._reading.cancel()
         self.comparison.compare(None)
         self._dock.hide()
 
     def close(self) -> None:
-        """Stop reading a session."""
+        """Cancel the reading of a session. Called when the window is closed."""
         self._reading.cancel()
 
 
 def _read(path: Path, clip: Clip) -> Session:
-    """Read a session.
+    """Read a session file.
 
-    Raises TwistError if it is damaged, or if it is a session of this clip but does not fit the
-    clip.
+    Raises TwistError if the file is damaged, or if it belongs to this clip but its contents do not
+    match the clip.
     """
     session = read_session(path)
     if session.sha256 == clip.sha256:

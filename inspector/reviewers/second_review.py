@@ -1,4 +1,4 @@
-"""Another review of the open clip, and its settled and open differences from this review."""
+"""A second review of the open clip, and its differences from the user's review."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from twistcore.review.agreement import (
 
 @dataclass(frozen=True)
 class DifferenceRow:
-    """A difference between the reviews.
+    """A difference between the user's review and the second review.
 
     Attributes
     ----------
     pair
         The intervals of both reviewers.
     settled
-        True if the reviewer has decided again, or the decisions have become equal.
+        True if the user has decided again or if the decisions have become equal.
     """
 
     pair: PairedIntervals
@@ -34,19 +34,19 @@ class DifferenceRow:
 
     @property
     def key(self) -> int:
-        """A number that identifies the row, before and after it is settled."""
+        """A number that identifies the difference. It does not change when it is settled."""
         return self.pair.theirs.id if self.pair.theirs else -self.pair.either.id
 
 
 class SecondReview:
-    """Compares a session with the review that was open when the comparison began.
+    """A comparison of the user's review with a second review, which comes from a session file.
 
     Attributes
     ----------
     agreement
-        The agreement of both reviewers at the beginning, before any difference was settled.
+        The agreement of both reviewers before any difference was settled.
     mine, theirs
-        The names of the reviewers.
+        The names of the reviewers in the user's review and in the second review.
     """
 
     def __init__(self, session: Session, intervals: Sequence[Judged]) -> None:
@@ -58,7 +58,7 @@ class SecondReview:
         self._listed: set[int] = set()  # keys of all pairs that have differed
 
     def rows(self, state: ReviewState) -> list[DifferenceRow]:
-        """Return the differences from this review, sorted by chain and start.
+        """Return the differences from the user's review in `state`, sorted by chain and start.
 
         Settled differences are included.
         """
@@ -75,7 +75,7 @@ class SecondReview:
         return again or pair.difference is None
 
     def left_to_them(self, state: ReviewState) -> tuple[Judged, ...]:
-        """Return the other reviewer's decisions on intervals that are undecided here."""
+        """Return the second reviewer's decisions on intervals that are undecided in `state`."""
         return decisions_left_to_second(
             pair_intervals(state.intervals, self._theirs), state.next_id
         )

@@ -1,1 +1,1 @@
-"""The timeline: curves, strength with τ, intervals, and the overview of the clip."""
+"""The timeline: plots of angles and of the strength with τ, intervals, and an overview."""

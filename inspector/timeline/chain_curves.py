@@ -19,18 +19,19 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 
 
 class ChainCurves(Curves):
-    """The curves of a chain that is selected in the document.
+    """The curves of the chain that is selected in the document.
 
     Attributes
     ----------
     before, after
-        The angles of the chain as captured and after correction.
+        The captured and the corrected angles of the chain.
     centres
-        The usual values of θp and θc, in radians.
+        The circular means of θp and θc, in radians, keyed by 'p' and 'c'.
     tracked
-        The angles after tracking, or None.
+        The angles after tracking, or None if the clip is not tracked.
     running
-        The function offset(t) of the paper at the chain's τ, in radians; empty in an exercise.
+        The function offset(t) of the paper at the chain's τ, in radians. It is empty in an
+        exercise, because it would reveal the errors.
     """
 
     unreliable_words = tr("azimuth unreliable")
@@ -52,7 +53,7 @@ class ChainCurves(Curves):
         self._tracked_motion: Motion | None = None
 
     def follow_review(self) -> None:
-        """Update the values after correction from the review's intervals and τ."""
+        """Update the values that depend on the review's intervals and τ."""
         self.after = self.document.corrected.angles(self._chain)
         if (motion := self.document.tracked) is not self._tracked_motion:
             self._tracked_motion = motion
@@ -62,9 +63,9 @@ class ChainCurves(Curves):
         self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the values, with θc added if they include Δθc.
+        """Return the edited angles of a frame and, if Δθc is one of them, the resulting θc.
 
-        The added θc is θc at the previous frame plus the edited Δθc.
+        This θc is the θc of the previous frame plus the edited Δθc.
         """
         if "dtheta_c" not in values:
             return values
@@ -72,7 +73,7 @@ class ChainCurves(Curves):
         return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
 
     def both_angles(self, prefix: str, frame: int) -> Title:
-        """Return the part of a title that shows θp and θc at a frame, before and after correction.
+        """Return a part for a title: θp and θc at a frame, before and after correction.
 
         `prefix` is '' for the angles themselves, or 'd' for their changes since the previous frame.
         """

@@ -1,4 +1,4 @@
-"""The context menu of the plots. No entry of the menu deletes anything."""
+"""The context menu of the plots. None of its entries deletes anything."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def context_menu(
     Parameters
     ----------
     degrees
-        The τ at the height of the point, or 0 in plots without τ.
+        The τ, in degrees, at the height of the point, or 0 in plots without τ.
     judged
         The interval at the point, or None.
     plots
-        Menu entries that show and hide plots, as (text, function).
+        Additional menu entries for the plot, as (text, function).
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))

@@ -1,4 +1,4 @@
-"""A fast curve for plots: a line with gaps at missing values."""
+"""A curve that is fast to draw: a line with gaps at missing values."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _NOTHING = np.zeros(0)
 class Line(pg.GraphicsObject):
     """A line through points. The caller must repaint the plot after a change.
 
-    The curve of pyqtgraph has more features, but searches all points for its bounding box. This
-    line uses the visible range as its bounding box.
+    The curve class of pyqtgraph has more features, but it scans all points to compute its bounding
+    box. This line uses the visible range as its bounding box.
     """
 
     def __init__(self, view: pg.ViewBox) -> None:
@@ -30,12 +30,12 @@ class Line(pg.GraphicsObject):
         view.sigRangeChanged.connect(lambda *_: self.prepareGeometryChange())
 
     def show_points(self, x: Array, y: Array) -> None:
-        """Set the points: frames `x` and heights `y`, (points,) each; NaN breaks the line."""
+        """Set the points from frames `x` and values `y`, (points,) each. NaN breaks the line."""
         self._points = x, y
         self._path = None
 
     def points(self) -> tuple[Array, Array]:
-        """Return the frames and heights of the points."""
+        """Return the frames and values of the points, (points,) each."""
         return self._points
 
     def boundingRect(self) -> QRectF:
@@ -45,7 +45,7 @@ class Line(pg.GraphicsObject):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Draw the points as a line, broken at NaN."""
+        """Draw a line through the points, broken at NaN."""
         if self._path is None:
             x, y = self._points
             self._path = pg.arrayToQPath(x, y, connect="finite", finiteCheck=True)

@@ -1,4 +1,4 @@
-"""Angles prepared for drawing as curves."""
+"""Prepare angles for drawing as curves."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ _MOVES = np.radians(90.0)  # a larger rotation between two frames is a jump
 
 
 def centre_of(angle: Array) -> float:
-    """Return the circular mean of an angle (frames,) in radians, or 0 if there are no frames."""
+    """Return the circular mean of an angle, (frames,), in radians, or 0 if there are no frames."""
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
 def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return an angle in degrees within half a turn of `centre`, (frames,), and its seams.
+    """Wrap an angle to within 180° of `centre`, and return it in degrees, (frames,), and its seams.
 
-    A seam is a frame after which the angle wraps around from one end of this range to the other.
-    Lines are broken at seams, but real jumps are drawn.
+    `angle` and `centre` are in radians. A seam is a frame after which the angle wraps around from
+    one end of this range to the other. Lines are broken at seams, but not at real jumps.
     """
     y = np.degrees(centre + wrap(angle - centre))
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
 
 
 def rarest_angle(angle: Array) -> float:
-    """Return the angle in (−2π, 0], in radians, that the given angles (n,) rarely come close to.
+    """Return the angle to which the given angles, (n,), are rarely close, in radians in (−2π, 0].
 
-    A line that is broken at this angle still shows jumps of half a turn.
+    A line that is broken at this angle still shows jumps of 180°.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
@@ -43,10 +43,10 @@ def rarest_angle(angle: Array) -> float:
 
 
 def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return an angle in degrees, in the turn that begins at `seam`, (frames,), and its seams.
+    """Wrap an angle to the 360° above `seam`, and return it in degrees, (frames,), and its seams.
 
-    Seams are defined as in :func:`degrees_about`, except that a jump of more than 90° is not a
-    seam, so that it is drawn.
+    `angle` and `seam` are in radians. Seams are defined as in :func:`degrees_about`, but a jump of
+    more than 90° is not a seam, so it is drawn.
     """
     y, _ = degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
@@ -56,10 +56,10 @@ def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
 def thinned(
     y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
 ) -> tuple[Array, Array]:
-    """Return x and y of a line over the visible frames, with NaN at breaks.
+    """Return x and y of a line through the visible frames, with NaN where the line is broken.
 
-    `y` has a value for each frame, NaN for a gap. If there are many more frames than pixels, the
-    result has only the lowest and the highest value at each pixel. NaN is ignored there, so that
+    `y` has a value for each frame, or NaN in a gap. If there are many more frames than pixels, the
+    result has only the lowest and the highest value at each pixel. In this case, NaN is ignored, so
     short pieces between gaps stay visible.
     """
     start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
@@ -87,6 +87,6 @@ def thinned(
 
 
 def unreliable_spans(reliability: Array, least: float = RELIABLE) -> NDArray[np.int64]:
-    """Return the spans [start, stop) in which the reliability is below `least`, (spans, 2)."""
+    """Return the frames [start, stop) in which the reliability is below `least`, (spans, 2)."""
     low = np.concatenate([[False], reliability < least, [False]])
     return np.flatnonzero(np.diff(low)).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""The base class of the curves of chains and limbs, and number formats for titles."""
+"""The base class for the curves of chains and limbs, and the number formats of titles."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Curves(ABC):
     strength
         The signal that is compared with τ, in degrees, (frames,).
     unreliable
-        The spans of frames in which the angle is unreliable, (spans, 2).
+        The frames [start, stop) in which the angle is unreliable, (spans, 2).
     unreliable_words
         The text that plots show in these spans.
     unreliable_hint
@@ -55,16 +55,16 @@ class Curves(ABC):
         """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the edited angles of a frame, with the angles that depend on them added.
+        """Return the edited angles of a frame, together with the angles that depend on them.
 
-        All angles are in radians, keyed by name.
+        The angles are in radians, keyed by name.
         """
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot.
+        """Set the value range of the strength plot for a τ in degrees.
 
-        The range goes from 0 to the peak or, if τ is higher than the peak, to just above τ.
+        The range is from 0 to the highest peak, or higher if it would not leave space above τ.
         """
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
@@ -72,9 +72,10 @@ class Curves(ABC):
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Extend the range of a plot to include a curve. The range never shrinks.
+        """Extend the value range of a plot to include a curve. The range never shrinks.
 
-        `least` is the smallest initial range in degrees.
+        `degrees` are the values of the curve. `least` is the minimum size of the initial range in
+        degrees.
         """
         seen = degrees[np.isfinite(degrees)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
@@ -91,7 +92,7 @@ class Curves(ABC):
 
 
 def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a mask that also includes the frames next to every True frame."""
+    """Return the mask, extended by one frame before and after each True frame."""
     wider = mask.copy()
     wider[1:] |= mask[:-1]
     wider[:-1] |= mask[1:]
@@ -99,10 +100,10 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def number(angle: Array, frame: int) -> str:
-    """Return an angle (in radians) at a frame as text in degrees, for titles."""
+    """Return the text in degrees for an angle, (frames,), in radians, at a frame."""
     return in_degrees(float(np.degrees(wrap(angle[frame]))))
 
 
 def in_degrees(value: float) -> str:
-    """Return an angle in degrees as text, for titles."""
+    """Return the text for an angle in degrees, padded to align the numbers in titles."""
     return f"{plain(value):>7}°"

@@ -1,4 +1,4 @@
-"""Dots and rings in a plot, all at one frame."""
+"""Dots and rings in a plot, all at the same frame."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _DOT, _RING = 4.0, 6.5  # radii in pixels; a dot and a ring at the same place ar
 
 
 class Dots(Layer):
-    """The dots and rings of one plot, all at one frame.
+    """The dots and rings of one plot, all at the same frame.
 
     Attributes
     ----------
     frame
-        The frame.
+        The frame of all dots.
     dots
-        Pairs of the height, in the plot's values, and True for a ring instead of a dot.
+        Pairs of a value on the plot's axis, and True for a ring instead of a dot.
     """
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, role: str = "after") -> None:

@@ -1,4 +1,4 @@
-"""Esc cancels a drag in the plots."""
+"""Let the user cancel a drag in the plots with Esc."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from twistcore.review import ReviewState
 
 
 class DragEscape(QObject):
-    """Calls a function if the user presses Esc during a drag, even if no plot has the focus."""
+    """An event filter that calls a function if the user presses Esc during a drag.
+
+    It works even if no plot has the keyboard focus.
+    """
 
     def __init__(self, document: Document, cancel: Callable[[], object], parent: QObject) -> None:
         super().__init__(parent)
@@ -20,16 +23,16 @@ class DragEscape(QObject):
         self._before: ReviewState | None = None  # the state of the review when the drag began
 
     def begin(self) -> None:
-        """Watch the keyboard during a drag."""
+        """Start to watch the keyboard. Called when a drag begins."""
         self._before = self._document.review.state if self._document.data else None
         _app().installEventFilter(self)
 
     def end(self) -> None:
-        """Stop watching the keyboard."""
+        """Stop watching the keyboard. Called when a drag ends."""
         _app().removeEventFilter(self)
 
     def undo(self) -> None:
-        """Undo the changes of the drag. If it has changed nothing, nothing is undone."""
+        """Undo the changes of the drag, if there are any."""
         document = self._document
         if not document.data or not document.review.undo_text:
             return
@@ -37,7 +40,7 @@ class DragEscape(QObject):
             document.undo()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Cancel the drag on Esc, and let no shortcut use the key."""
+        """Cancel the drag on Esc, and prevent the key from triggering a shortcut."""
         if not isinstance(event, QKeyEvent) or event.key() != Qt.Key.Key_Escape:
             return False
         if event.type() == QEvent.Type.ShortcutOverride:

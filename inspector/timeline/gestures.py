@@ -54,16 +54,16 @@ class Hit:
 
 
 class Gestures:
-    """Translates the mouse events of all plots into changes of the document.
+    """The mouse gestures in all plots, which select, edit and draw intervals and move the playhead.
 
-    While an edge is dragged or an interval is drawn, the playhead follows the mouse, so that the 3D
-    view shows that frame. Afterwards, the playhead returns to its old frame or moves to the new
-    interval. Esc cancels a drag.
+    While the user drags an edge or draws an interval, the playhead follows the mouse, so the 3D
+    view shows that frame. Afterwards, the playhead returns to its previous frame or, if an interval
+    was drawn, moves to this interval. Esc cancels a drag.
 
     Attributes
     ----------
     plots
-        A function that takes the key of a plot and returns additional menu entries.
+        A function that takes the key of a plot and returns additional entries for its context menu.
     tau_plot
         The key of the plot that shows τ.
     """
@@ -79,13 +79,13 @@ class Gestures:
         repaint: Callable[[], None],
         parent: QWidget,
     ) -> None:
-        """Set up the gestures.
+        """Connect the gestures to a document and its plots.
 
         Parameters
         ----------
         refresh
-            A function that applies pending changes, so that the mouse grabs only intervals that
-            still exist.
+            A function that applies pending changes of the document to the plots, so that the mouse
+            can grab only intervals that still exist.
         repaint
             A function that repaints the plots.
         """
@@ -110,8 +110,8 @@ class Gestures:
     def hit(self, frame: float, pixel: float) -> Hit:
         """Return the part of the plot at `frame`. `pixel` is the number of frames per pixel.
 
-        An edge takes precedence over the playhead, because selecting an interval moves the playhead
-        to the edge.
+        The edge of an interval takes precedence over the playhead, because the playhead moves to
+        this edge when the interval is selected.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
@@ -144,7 +144,7 @@ class Gestures:
     def interval_at(self, frame: float) -> Judged | None:
         """Return the interval at `frame`, or None.
 
-        If there are several, return the selected one or else the shortest one.
+        If there are several, return the selected one or, if none is selected, the shortest one.
         """
         near = self._scenery.between(frame, frame)
         if not near:
@@ -178,14 +178,14 @@ class Gestures:
             self._end(self._band if moved else None)
 
     def cancel(self) -> None:
-        """Cancel a drag, and undo its changes."""
+        """Cancel the current drag, and undo its changes."""
         self._latest.forget()
         self._escape.undo()
         self._document.go_to(self._home)
         self._end(None)
 
     def _give_up(self) -> None:
-        """Cancel a drag because the clip was closed."""
+        """Stop a drag without undoing its changes, because a different clip was opened."""
         self._escape.end()
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
@@ -236,7 +236,7 @@ class Gestures:
         """End a drag. `drawn` are the frames [start, stop) of a new interval, or None."""
         self._escape.end()
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
-            # Before the drag ends, so that the plots do not scroll
+            # This is called before the drag ends, so the plots do not scroll.
             self._document.go_to(self._home)
         self._grabbed = self._band = self._scenery.drag_label = None
         self.dragging = False
@@ -338,7 +338,7 @@ class Gestures:
         view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
-        """Return the tool tip for a point in a plot."""
+        """Return the tool tip for an interval or, if it is None, for a frame between intervals."""
         if judged is not None:
             i = judged.interval
             kind, decision = of_core(i.kind), of_core(judged.decision)

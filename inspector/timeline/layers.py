@@ -1,8 +1,8 @@
 """Layers behind and in front of the curves: intervals, shading, playhead and titles.
 
-Each layer is one graphics item per plot, and paints only the visible part, in pixels. Painting time
-therefore depends only on the number of visible intervals. With one graphics item per interval,
-clips with thousands of intervals would be slow.
+Each layer is a single graphics item per plot and paints only the visible range, in pixels. The
+painting time therefore depends only on the number of visible intervals. One graphics item for each
+interval would be slow in clips with thousands of intervals.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class DragLabel:
     key
         The key of the plot that shows the label.
     frame
-        The horizontal position.
+        The horizontal position of the label, as a frame.
     pixel
-        The distance from the top of the plot.
+        The distance of the label from the top of the plot, in pixels.
     words
         The text.
     band
-        The frames [start, stop) of an interval that is being drawn, which every plot shows.
+        The frames [start, stop) of an interval that is being drawn, or None. All plots show them.
     """
 
     key: str
@@ -63,7 +63,7 @@ class Scenery:
 
     colours: Colours
     scale: float = 1.0  # scale of text and lines, larger in a presentation
-    still: bool = False  # True in a figure, whose numbers do not change and need no fixed width
+    still: bool = False  # True in a figure; its numbers do not change and need no fixed width
     title_lines: int = 1  # lines of text above each plot
     frames: int = 0
     frame: int = 0
@@ -89,17 +89,17 @@ class Scenery:
 
     @property
     def line_height(self) -> float:
-        """The height, in pixels, of a line of the title."""
+        """The height, in pixels, of one line of the title."""
         return _TITLE_HEIGHT * self.scale + self.higher
 
     @property
     def higher(self) -> float:
-        """The pixels by which a line of text is higher than in the program's own font."""
+        """The additional height of a line of text, in pixels, compared with the default font."""
         high = QFontMetricsF(self.font()).height()
         return max(0.0, high - TEXT_HEIGHT * self.scale)
 
     def font(self, *, bold: bool = False) -> QFont:
-        """Return the font of text in plots."""
+        """Return the font for text in plots."""
         font = figures_font(8.0 * self.scale)
         font.setBold(bold)
         return font
@@ -112,14 +112,14 @@ class Scenery:
         self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
 
     def between(self, first: float, last: float) -> list[Judged]:
-        """Return the intervals that overlap a range of frames, the selected interval last."""
+        """Return the intervals that overlap a range of frames, with the selected interval last."""
         seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
 
     def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
-        """Return the start and the end of an interval as drawn, in frames.
+        """Return the start and the end of an interval as it is drawn, in frames.
 
         Short intervals are drawn wider than they are. `pixel` is the number of frames per pixel.
         """
@@ -128,9 +128,9 @@ class Scenery:
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions to paint in a range of frames.
+        """Return the regions of the intervals in a range of frames.
 
-        `width` is the width of the plot in pixels. The regions are cached, because all plots have
+        `width` is the width of the plot in pixels. The regions are cached, because all plots show
         the same regions.
         """
         key = (first, last, width, self.selected)
@@ -143,7 +143,7 @@ class Scenery:
 
 
 class Layer(QGraphicsItem):
-    """A graphics item that covers a view and paints in pixel coordinates."""
+    """The base class of layers: a graphics item that covers a view and paints in pixels."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, z: float) -> None:
         # The parent is not the view, which clips its children to a path and makes fills slow.
@@ -164,7 +164,7 @@ class Layer(QGraphicsItem):
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Return the horizontal pixel of a frame, which may have a fraction."""
+        """Return the horizontal position, in pixels, of a frame. Both may have fractions."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
@@ -219,7 +219,7 @@ class FrontLayer(Layer):
     values, time
         The labels of the left and the bottom axis.
     tau
-        The position of the τ line in the values of the plot, and its label; or None.
+        The position of the τ line on the value axis and the label of the line, or None.
     """
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
@@ -237,9 +237,9 @@ class FrontLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint everything in front of the curves.
+        """Paint the playhead, the drag label, the title and the axis labels.
 
-        The title and the axis labels are painted only if their area is exposed.
+        The title and the axis labels are painted only if their area must be repainted.
         """
         painter.save()
         painter.setFont(self.scenery.font())
@@ -315,10 +315,10 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
     def _label_space(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Return the top and the bottom of the space for the label of the left axis.
+        """Return the top and the bottom, in pixels, of the space for the label of the left axis.
 
-        `edge` is the right edge of the label. If the label would overlap the τ label, return the
-        larger one of the spaces above and below the τ label.
+        `edge` is the right edge of the label. If the label would overlap the τ label, the result is
+        the larger of the spaces above and below the τ label.
         """
         tall, box = self._view.height(), self._tau_box(metrics)
         if box is None or box.left() >= edge:
@@ -350,7 +350,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the title in lines: one line in the window, as many as needed in a figure."""
+        """Return the lines of the title: one line in the window, as many as needed in a figure."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -1,4 +1,4 @@
-"""The values of a limb's curves: its swivel, its jumps and its bend."""
+"""The values of a limb's curves: its swivel, the jumps of the swivel, and its bend."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from twistcore.skeleton.limb import Limb
 
 
 class LimbCurves(Curves):
-    """The curves of a limb that is selected in the document.
+    """The curves of the limb that is selected in the document.
 
     Attributes
     ----------
     swivel
-        The swivel as captured.
+        The captured swivel: the angle of the middle joint about the line between the limb's ends.
     after
-        The swivel after correction.
+        The swivel after correction, in radians, (frames,).
     height
         The distance of the middle joint from the line between the limb's ends, in per cent of the
-        limb's length.
+        limb's length, (frames,).
     departures
-        The jumps of the swivel that remain after correction, in radians.
+        The jumps of the swivel that remain after correction, in radians, (frames,).
     seam
-        The angle at which the lines of the swivel are broken.
+        The angle, in radians, at which the lines of the swivel wrap around and are broken.
     """
 
     unreliable_words = tr("φ unreliable")
@@ -43,7 +43,7 @@ class LimbCurves(Curves):
         self.height = 100.0 * flips.swivel.height
         self.departures = flips.departures
         self.after = flips.swivel.angle
-        # Break lines at an angle that is rare with and without flips, so that jumps stay whole.
+        # Break lines at an angle that is rare with and without flips, so jumps are not broken.
         usual = document.detector.intervals(limb.name, document.detector.automatic_tau(limb.name))
         expected = flips.swivel.angle.copy()
         for flip in usual:

@@ -1,4 +1,4 @@
-"""A plot that shows another detector for comparison: its strength, τ and intervals."""
+"""A plot that shows a second detector for comparison: its strength, τ and intervals."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class ReadOnlyGestures(Gestures):
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead if it is at `frame`, else empty space."""
+        """Return the playhead if it is at `frame`, and empty space if not."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
 
 class OtherDetector(Pane):
-    """A plot of the selected chain with another detector at its automatic τ.
+    """A plot of the selected chain with a second detector at its automatic τ.
 
-    The analysis runs in the background. It starts when the plot is first shown.
+    The analysis with this detector runs in the background. It starts when the plot is first shown.
     """
 
     def __init__(self, document: Document, colours: Colours, parent: QWidget | None = None) -> None:
@@ -55,7 +55,11 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector to show: the previous one, or any detector other than the current one."""
+        """The name of the detector to show.
+
+        This is the detector that was used before the current one or, if there was none, any
+        detector except the current one.
+        """
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,7 +72,7 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The intervals of the chain that the other detector finds; empty during the analysis."""
+        """The intervals that this detector finds in the chain, or () during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:
@@ -80,7 +84,7 @@ class OtherDetector(Pane):
         super().move_playhead(before, after)
 
     def refresh(self) -> None:
-        """Show the selected chain. If the clip has not been analysed yet, start the analysis."""
+        """Show the selected chain, or start the analysis if this detector has not run yet."""
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
             return  # there is only one detector for limb flips

@@ -21,7 +21,7 @@ _NEAR = 4.0  # pixels within which the mouse grabs a part
 
 
 class _Grip(Enum):
-    """The part of the overview that the mouse grabs."""
+    """A part of the overview that the user can drag."""
 
     PLAYHEAD = "playhead"
     WINDOW = "window"  # the whole visible range of the plots
@@ -38,10 +38,10 @@ _CURSORS = {
 
 
 class OverviewStrip(QWidget):
-    """A strip with a mark for each interval.
+    """An overview of the clip: a strip with a row for each chain and a mark for each interval.
 
     The mark of an accepted interval has the full height of its row. The mark of an undecided
-    interval fills the lower part, and the mark of a rejected interval is a thin line.
+    interval fills the lower part of the row, and the mark of a rejected interval is a thin line.
     """
 
     moved = Signal(int)  # with the frame to which the playhead was dragged
@@ -108,19 +108,19 @@ class OverviewStrip(QWidget):
         self._redraw()
 
     def show_frame(self, frame: int) -> None:
-        """Move the playhead to a frame, and repaint only its old and its new position."""
+        """Move the playhead to a frame. Only its previous and its new position are repainted."""
         for at in (self._frame, frame):
             self.update(round(self._x(at)) - 5, 0, 11, self.height())
         self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
-        """Show the range of frames that is visible in the plots."""
+        """Mark the range of frames that is visible in the plots."""
         if (first, last) != self._view:
             self._view = (first, last)
             self.update()
 
     def sizeHint(self) -> QSize:
-        """Return the preferred size."""
+        """Return the preferred size of the strip."""
         return QSize(400, HEIGHT)
 
     # -- positions ----------------------------------------------------------------------------
@@ -135,9 +135,9 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Return the top and the height of each chain's row.
+        """Return the top and the height of each chain's row in pixels, keyed by chain.
 
-        The row of the selected chain is the tallest.
+        The row of the selected chain is the highest.
         """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
@@ -283,7 +283,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag would move if it began at the horizontal pixel `x`."""
+        """Return the part that a drag from the horizontal pixel `x` would move."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)
@@ -322,7 +322,7 @@ class OverviewStrip(QWidget):
         self.ranged.emit(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End a drag. If the mouse has not moved, handle a click."""
+        """End a drag or, if the mouse has not moved, handle a click."""
         if event.button() != Qt.MouseButton.LeftButton or self._pressed is None:
             return
         self._pressed = None

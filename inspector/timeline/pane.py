@@ -59,7 +59,7 @@ BEFORE_AND_AFTER = (  # the curves of θc and θp before and after correction
 class Pane(Canvas):
     """A plot with curves. The timeline sets the values of the curves."""
 
-    enlarged = Signal()  # show only this pane, or all panes again
+    enlarged = Signal()  # the user wants to see only this pane, or all panes again
     least_part = 10.0  # smallest range of values if only a part of the values is shown
 
     def __init__(
@@ -103,13 +103,13 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Update content that the timeline does not set. Some subclasses override this method."""
+        """Update the content that the timeline does not set. The base class has no such content."""
 
     def forget(self) -> None:
-        """Discard all data of the clip, after the clip or the detector has changed."""
+        """Discard all data of the clip. Called after the clip or the detector has changed."""
 
     def set_scale(self) -> None:
-        """Apply the scenery's scale to the text and the lines."""
+        """Apply the scenery's scale to the text and the margins."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.text_height = TEXT_HEIGHT * scale + self.scenery.higher
@@ -121,7 +121,7 @@ class Pane(Canvas):
         self.set_bottom(shown=self._bottom_shown)
 
     def colour(self) -> None:
-        """Apply the scenery's colours."""
+        """Apply the theme's colours."""
         theme = self.scenery.theme
         self.colour_background(theme)
         self._zero.setPen(pg.mkPen(theme.line))
@@ -135,7 +135,7 @@ class Pane(Canvas):
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """Show the label of the τ line at the axis. `place` is a height in the plot's values."""
+        """Show the label of the τ line. `place` is the position of the line on the value axis."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -147,7 +147,7 @@ class Pane(Canvas):
         return math.ceil(self.scenery.title_height)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the plot at the old and the new frame of the playhead."""
+        """Repaint the plot at the previous and the new frame of the playhead."""
         for frame in (before, after):
             part = QRectF(self.front.place(frame) - 3.0, 0.0, 6.0, self.view.height())
             self.viewport().update(part.translated(self.view.scenePos()).toAlignedRect())
@@ -164,14 +164,14 @@ class Pane(Canvas):
             curve.pen, curve.smooth = pen, self._smooth
 
     def highlight(self, first: str | None) -> None:
-        """Highlight the curves whose names begin with `first`. None removes the highlight."""
+        """Highlight the curves with names that begin with `first`. None removes the highlight."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
             self.touch()
 
     def look_like(self, other: Pane) -> None:
-        """Use the value range and the highlighted curves of another pane."""
+        """Copy the highlighted curves and, if the user has zoomed it, the value range of a pane."""
         self.time.look_like(other.time)
         self.highlight(other._lit)
 
@@ -186,7 +186,7 @@ class Pane(Canvas):
     def _thin(self, name: str) -> None:
         """Set the points of a curve's line from its values in the visible frames.
 
-        The downsampling of pyqtgraph is not used, because it drops points next to gaps.
+        The downsampling of pyqtgraph is not used, because it omits points next to gaps.
         """
         y, seams = self.values[name]
         first, last = self.view.viewRange()[0]
@@ -197,7 +197,10 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Show a range of values in degrees, with a margin. If `low` is 0, it is at the bottom."""
+        """Show a range of values in degrees, with a margin.
+
+        If `low` is 0, the margin below it is smaller.
+        """
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -208,8 +211,7 @@ class Pane(Canvas):
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
         """Fit the value axis to the values between two frames instead of to all values.
 
-        If `grow` is True, the visible range is only extended, and stays the same if it contains all
-        these values.
+        If `grow` is True, the visible range is extended if necessary, but it never shrinks.
         """
         part = self.time.part
         if self.root or (grow and part is None):
@@ -240,7 +242,7 @@ class Pane(Canvas):
             self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
-        """Show or hide the frame numbers, which only the lowest plot of a column shows."""
+        """Show or hide the frame numbers. Only the lowest plot of a column shows them."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         scale, higher = self.scenery.scale, self.scenery.higher
@@ -252,8 +254,8 @@ class Pane(Canvas):
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Handle a double-click on the title or on the left axis.
 
-        On the title, it enlarges this plot or shows all plots again. On the left axis, it shows all
-        values.
+        A double-click on the title enlarges this plot or shows all plots again. A double-click on
+        the left axis shows all values.
         """
         if event.button() == Qt.MouseButton.LeftButton and self.view.width() > 0:
             if event.position().y() < self._title_height:

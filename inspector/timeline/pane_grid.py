@@ -1,4 +1,4 @@
-"""A grid of panes, which has several columns if one column would be too high."""
+"""A grid of panes. It has several columns if a single column would be too high."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _NARROW = 280  # width, in pixels, of each of two panes if there is no room for 
 
 
 class PaneGrid(QStackedWidget):
-    """The panes from top to bottom, or a hint instead of the panes.
+    """A widget that shows either the panes from top to bottom or a hint.
 
     Attributes
     ----------
     shown
-        The keys of the visible panes. These are as many as fit of the panes that the user has
-        chosen and that apply to the selection, or a single enlarged pane.
+        The keys of the visible panes. This is the enlarged pane or, if no pane is enlarged, those
+        panes that the user has chosen, that apply to the selection, and for which there is space.
     """
 
-    arranged = Signal()  # other panes are visible, or a pane has moved
+    arranged = Signal()  # a pane was shown, hidden or moved
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """Set up the grid. `plots` has the descriptions of the panes, with the keys of `panes`."""
+        """Create the grid. `plots` has the descriptions of the panes, with the keys of `panes`."""
         super().__init__(parent)
         self._panes, self._plots = panes, plots
         self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
@@ -61,7 +61,10 @@ class PaneGrid(QStackedWidget):
 
     @property
     def chosen(self) -> list[str]:
-        """The keys of the chosen panes that apply to the selection, from top to bottom."""
+        """The keys of the panes that the user has chosen and that apply to the selection.
+
+        They are in the order from top to bottom.
+        """
         return [k for k in self._panes if k in self._chosen & self._applicable]
 
     @property
@@ -70,9 +73,9 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the chosen panes that apply to the selection, and remove the hint.
+        """Show the panes that the user has chosen and that apply to the selection; hide the hint.
 
-        `applicable` are the keys of the panes that apply.
+        `applicable` has the keys of the panes that apply to the selection.
         """
         self._applicable = frozenset(applicable)
         self.arrange()
@@ -85,14 +88,17 @@ class PaneGrid(QStackedWidget):
         self.arrange()
 
     def enlarge(self, key: str = "") -> None:
-        """Enlarge a pane, by default the one under the mouse. If a pane is enlarged, show all."""
+        """Enlarge a pane or, if a pane is already enlarged, show all panes.
+
+        By default, the pane under the mouse is enlarged.
+        """
         under = (k for k in self.shown if self._panes[k].underMouse())
         chosen = key or next(under, next((k for k in self._kept if k in self.shown), ""))
         self._alone = "" if self.alone else chosen
         self.arrange()
 
     def height_for(self, width: float) -> float:
-        """Return the height, in pixels, that all chosen panes need at a width in pixels."""
+        """Return the height, in pixels, that the panes need at a given width in pixels."""
         count = 1 if self.alone else len(self.chosen)
         return _ROW * float(-(-count // max(1, int(width / _COLUMN))))
 
@@ -104,7 +110,7 @@ class PaneGrid(QStackedWidget):
     def arrange(self) -> None:
         """Arrange the panes in as few columns as the height allows.
 
-        If there is no room for so many columns, fewer panes are shown.
+        If the width does not allow so many columns, fewer panes are shown.
         """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)

@@ -1,4 +1,4 @@
-"""The description of a pane: its texts, its position and its drawing functions.
+"""The description of a pane: its texts, its position, and the functions that draw it.
 
 Each pane is an object of :class:`Plot`, stored in the variable `plot` of its own file in `panes/`.
 All files in that folder are found automatically.
@@ -29,30 +29,31 @@ def _in_degrees(_: Curves, __: str, angle: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A pane of the timeline.
+    """The description of a pane of the timeline.
 
     Attributes
     ----------
     key
-        The name of the file.
+        The name of the pane's file in `panes/`.
     title
         The name in the menu of plots and for screen readers.
     place
-        The position; panes with smaller numbers are higher.
+        The position. Panes are sorted by this number from top to bottom.
     weight
-        The share of the height that the pane gets.
+        The height of the pane relative to other panes.
     priority
-        If there is too little room, panes with smaller numbers stay visible longer.
+        If there is not enough space, panes with larger numbers are hidden first.
     axis
-        Returns the label of the left axis, or '' if the pane does not apply to the selection.
+        A function that returns the label of the left axis, or '' if the pane does not apply to the
+        selection.
     draw
-        Draws the curves that depend on decisions.
+        A function that draws the curves that depend on decisions.
     draw_clip
-        Draws the curves that do not depend on decisions.
+        A function that draws the curves that do not depend on decisions.
     describe
-        Returns the title at a frame.
+        A function that returns the title at a frame.
     height
-        Returns the height, in degrees, at which to draw an edited angle.
+        A function that returns the value, in degrees, at which to draw an edited angle.
     at_first
         True if the pane is visible by default.
     styles
@@ -66,7 +67,7 @@ class Plot:
     unit
         The unit after the numbers of the axis.
     dots
-        The what-if values that are drawn as dots, as (name, symbol, True for a ring).
+        The angles of an edited frame that are drawn as dots: (name, symbol, True for a ring).
     takes_tau
         True if the pane shows the τ line.
     no_limb
@@ -74,9 +75,9 @@ class Plot:
     gestures
         The class of the mouse gestures.
     in_exercise
-        True to show the pane in an exercise, because it does not reveal the errors.
+        True if the pane is shown in an exercise. It must not reveal the errors.
     build
-        Builds the widget. By default, the widget is an empty pane with these styles.
+        A function that builds the widget. By default, the widget is an empty pane with the styles.
     """
 
     key: str
@@ -120,7 +121,7 @@ class Plot:
 
 @cache
 def plots() -> Mapping[str, Plot]:
-    """Return every pane in the folder `panes`, keyed by file name, from top to bottom."""
+    """Return the panes in the folder `panes` from top to bottom, keyed by file name."""
     names = [found.name for found in pkgutil.iter_modules(panes.__path__)]
     every: list[Plot] = [import_module(f"{panes.__name__}.{name}").plot for name in names]
     return {plot.key: plot for plot in sorted(every, key=lambda plot: plot.place)}

@@ -14,10 +14,13 @@ _REST_MS = 400  # time without movement of the playhead after which plots are de
 
 
 class PlotDescriptions(QObject):
-    """Sets the accessible names of plots, and describes the plots when the playhead has stopped."""
+    """The accessible names and descriptions of the plots.
+
+    The descriptions are updated when the playhead has stopped.
+    """
 
     def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
-        """Set up the descriptions. `panes` are keyed by their titles."""
+        """Set the accessible names of the plots. `panes` is keyed by title."""
         super().__init__(parent)
         self._document, self._panes = document, tuple(panes.values())
         for name, pane in panes.items():
@@ -34,7 +37,7 @@ class PlotDescriptions(QObject):
             signal.connect(lambda *_: self._rest.start())
 
     def describe(self) -> None:
-        """Describe each plot by its chain, the frame and the values in its title."""
+        """Describe each plot with its chain, the frame and the values in its title."""
         document = self._document
         shown = document.data is not None and bool(document.chain)
         for pane in self._panes:

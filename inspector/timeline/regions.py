@@ -1,4 +1,4 @@
-"""Intervals as regions of pixels, computed once for all plots."""
+"""The intervals as regions of pixels, which are computed once for all plots."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _Spans = list[list[int]]  # pairs of a left and a right pixel
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of all intervals with one decision.
+    """The regions of all intervals with the same decision.
 
     Attributes
     ----------
     covered
         The union of the regions.
     each
-        The single regions; empty if there are too many to draw.
+        The regions one by one, or an empty list if there are too many to draw.
     """
 
     decision: Decision
@@ -51,7 +51,7 @@ class Regions:
     Parameters
     ----------
     seen
-        The intervals in the range.
+        The intervals in the range of frames.
     selected
         The id of the interval to emphasise, or None.
     first, last
@@ -93,9 +93,9 @@ class Regions:
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
-        """Return the fills and borders for plots up to this height.
+        """Return the fills and borders for a plot of the given height or less.
 
-        The shapes are computed for the highest plot; lower plots clip them.
+        The shapes are computed for the highest plot. Lower plots clip them.
         """
         if height > self._height:
             self._height = height
@@ -141,9 +141,9 @@ def _paint_group(
 
 
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
-    """Return the left and right pixel of each region, limited to the view.
+    """Return the left and right pixel of each region, clipped to the view.
 
-    Without this limit, painting would be slow, because Qt would clip at fractions of pixels.
+    Without this clipping, painting would be slow, because Qt would clip at fractions of pixels.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # if there are many regions, do not widen them
@@ -155,7 +155,7 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
 
 
 def wide_enough(spans: Array, pixel: float) -> Array:
-    """Return the spans (n, 2), in frames, widened to at least LEAST pixels.
+    """Return spans of frames, (n, 2), widened to at least LEAST pixels.
 
     `pixel` is the number of frames per pixel.
     """
@@ -169,7 +169,7 @@ def _inside(places: _Spans, width: int) -> list[int]:
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines at the pixels `at`, as a single path, which is fast to paint."""
+    """Return vertical lines at the pixels `at` as a single path, which is fast to paint."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

@@ -1,4 +1,4 @@
-"""The τ line of the strength plot. Dragging it sets τ for the selected chain."""
+"""The τ line in the strength plot. The user drags it to set τ for the selected chain."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 class ChainTauLine(TauLine):
     """A line at the τ of the selected chain, on a square-root scale.
 
-    A drag is one undo step. Esc cancels it.
+    Each drag is one undo step. Esc cancels a drag.
     """
 
     dropped = Signal()
@@ -70,13 +70,13 @@ class ChainTauLine(TauLine):
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
 
     def cancel(self) -> None:
-        """Cancel a drag, and undo its changes."""
+        """Cancel the current drag, and undo its changes."""
         self._give_up()
         self._escape.undo()
         self.dropped.emit()
 
     def _give_up(self) -> None:
-        """Stop a drag, for example because the clip was closed."""
+        """Stop a drag without undoing its changes, for example because the clip was closed."""
         self._escape.end()
         self._latest.forget()
         self._drag = 0
@@ -90,15 +90,15 @@ class ChainTauLine(TauLine):
 
 
 def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
-    """Set τ of the selected chain from a height on the square-root scale.
+    """Set τ of the selected chain from a position on the square-root scale.
 
-    Changes with the same `drag` are one undo step.
+    All changes with the same `drag` number are one undo step.
     """
     set_tau_degrees(document, tau_at(place), drag)
 
 
 def tau_at(place: float) -> float:
-    """Return the τ, in degrees, at a height on the square-root scale."""
+    """Return the τ, in degrees, at a position on the square-root scale."""
     return round(from_root_scale(place), 1)
 
 

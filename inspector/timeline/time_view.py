@@ -1,4 +1,4 @@
-"""The view of a plot: its visible range of frames and of values, and its mouse events."""
+"""The view of a plot: its visible ranges of frames and values, and its mouse events."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DEEPEST, _WIDEST = 1e-3, 3.0
 
 
 class Mouse(Protocol):
-    """The mouse gestures that a plot reports."""
+    """An object that handles the mouse events of a plot."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
         """Zoom in time around a frame, or pan if `pan` is True."""
@@ -31,14 +31,14 @@ class Mouse(Protocol):
 
 
 class TimeView(pg.ViewBox):
-    """A view that passes its mouse events to the timeline's gestures.
+    """The area of a plot that shows the curves and passes its mouse events to the gestures.
 
     The value axis shows the range set with `fit_to` until the user zooms. The timeline sets the
     range of frames.
     """
 
     def __init__(self, key: str) -> None:
-        """Set up the view. `key` is the key of the plot."""
+        """Create the view. `key` is the key of the plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
         self.key = key
         self.gestures: Mouse | None = None
@@ -56,14 +56,14 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def show_part(self, low: float, high: float) -> None:
-        """Show only a part of the values, unless the user has zoomed."""
+        """Show only the values from `low` to `high`, unless the user has zoomed."""
         if not self.zoomed and (low, high) != self._part:
             self._part = low, high
             self.setYRange(low, high, padding=0.0)
 
     @property
     def part(self) -> tuple[float, float] | None:
-        """The part of the values set by `show_part`, or None."""
+        """The range set by `show_part`, or None if it is not set or if the user has zoomed."""
         return None if self.zoomed else self._part
 
     @property
@@ -72,7 +72,7 @@ class TimeView(pg.ViewBox):
         return self._all
 
     def forget_zoom(self) -> None:
-        """Discard the user's zoom, so that the next `fit_to` shows all values."""
+        """Discard the user's zoom of the values. The next `fit_to` then shows all values."""
         self.zoomed, self._part = False, None
 
     def fit(self) -> None:
@@ -84,9 +84,9 @@ class TimeView(pg.ViewBox):
         self.setYRange(low, high, padding=0.0)
 
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
-        """Extend the range to include `values`, a pair (lowest, highest).
+        """Extend the range temporarily to include `values`, a pair (lowest, highest).
 
-        The extended range never shrinks until a call with None restores the normal range. `spare`
+        The extended range does not shrink until a call with None restores the normal range. `spare`
         is the margin as a share of the range. If the user has zoomed, the visible range does not
         change.
         """
@@ -106,7 +106,7 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def look_like(self, other: TimeView) -> None:
-        """Show the same values as another view if the user has zoomed that view."""
+        """Copy the visible range of values from a view that the user has zoomed."""
         if other.zoomed:
             self._show_values(*other.viewRange()[1])
 
@@ -119,7 +119,7 @@ class TimeView(pg.ViewBox):
         self._show_values(at - (at - low) * scale, at + (high - at) * scale)
 
     def pan_values(self, by: float) -> None:
-        """Pan to higher (+) or lower (−) values, within the range of all values."""
+        """Pan to higher (+) or lower (−) values, but never beyond the range of all values."""
         low, high = self.viewRange()[1]
         by = min(max(by, self._all[0] - high), self._all[1] - low)
         self._show_values(low + by, high + by)
@@ -131,9 +131,9 @@ class TimeView(pg.ViewBox):
     # -- the mouse ----------------------------------------------------------------------------
 
     def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
-        """Zoom in time at the mouse pointer.
+        """Zoom in time around the mouse pointer.
 
-        With Shift, pan instead. With Ctrl or over the left axis, zoom the values.
+        With Shift, the wheel pans in time. With Ctrl or over the left axis, it zooms the values.
         """
         event.accept()
         at = self.mapToView(self.mapFromScene(event.scenePos()))
@@ -165,10 +165,10 @@ class TimeView(pg.ViewBox):
             self.gestures.click(self, event)
 
     def hoverEvent(self, event: Any) -> None:
-        """Pass mouse movements to the gestures, which set the cursor."""
+        """Pass mouse movements to the gestures, so that they can set the cursor."""
         if self.gestures and not event.isExit():
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Return the frame, with a fraction, at a position in this view."""
+        """Return the frame at a position in this view. It may have a fraction."""
         return float(self.mapToView(position).x())

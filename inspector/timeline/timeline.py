@@ -1,4 +1,4 @@
-"""The timeline: plots of the selected chain over the same frames, and an overview of the clip."""
+"""The timeline: plots of the selected chain on a common time axis, and an overview of the clip."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from twistcore.review import Judged
 
 
 class Timeline(QWidget):
-    """The plots of the chain that is selected in the document."""
+    """A widget with the plots of the selected chain or limb and the overview of the clip."""
 
     def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__()
@@ -115,13 +115,16 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide the plot with a key. Some plots apply only to limbs or only to chains."""
+        """Show or hide a plot, given by its key.
+
+        If the plot does not apply to limbs and a limb is selected, show a message.
+        """
         self.grid.show_pane(key, shown=shown)
         if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
             self.document.message.emit(hint, False)
 
     def look_like(self, other: Timeline) -> None:
-        """Use the plots, visible frames and value ranges of another timeline."""
+        """Copy the choice of plots, the visible frames and the value ranges of a timeline."""
         for key, toggle in other.toggles.items():
             self.toggles[key].setChecked(toggle.isChecked())
         if other.grid.alone:
@@ -131,7 +134,7 @@ class Timeline(QWidget):
         self.visible.show(*other.visible.ends)
 
     def become_figure(self) -> None:
-        """Turn the timeline into a figure: with titles and the frame number, without controls."""
+        """Prepare the timeline for use as a figure: hide its controls and fix its layout."""
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
@@ -139,12 +142,13 @@ class Timeline(QWidget):
             scenery.still = True
         for pane in self.panes.values():
             pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # a cached plot would become a bitmap
-            pane.set_scale()  # leave the gaps of a figure
+            pane.set_scale()  # apply the margins of a figure
 
     def fit_titles(self) -> None:
-        """Reserve as many title lines above all plots of a figure as the longest title needs.
+        """Reserve space above each plot of a figure for the lines of the longest title.
 
-        Above them, the frame number begins at the plots, or further left in a narrow figure.
+        The frame number above the plots is also aligned with their left edge, or further left in a
+        narrow figure.
         """
         margins = self._head.contentsMargins()
         free = self.width() - margins.right() - self.readout.sizeHint().width()
@@ -158,12 +162,12 @@ class Timeline(QWidget):
                 pane.set_scale()
 
     def height_for(self, width: float) -> float:
-        """Return the height, in pixels, that all plots need at a width in pixels."""
+        """Return the height, in pixels, that all plots need at a given width in pixels."""
         return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """The scenery of the timeline, and the sceneries of panes that have their own."""
+        """The scenery of the timeline and of each pane. Most panes share the timeline's scenery."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -182,7 +186,7 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update plots that have just become visible, and the numbers on the button 'Plots'."""
+        """Update the plots that have just become visible, and the numbers on the button 'Plots'."""
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -206,7 +210,7 @@ class Timeline(QWidget):
         self.setAutoFillBackground(True)
 
     def highlight(self, curves: tuple[tuple[str, str], ...]) -> None:
-        """Highlight some curves, given as pairs (key of a plot, beginning of the curves' names)."""
+        """Highlight curves, given as pairs (key of a plot, prefix of the curves' names)."""
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.highlight(wanted.get(key))
@@ -225,7 +229,7 @@ class Timeline(QWidget):
         self.dots.show(self._curves, self.document.frame, self._what_if)
 
     def set_scale(self, scale: float) -> None:
-        """Scale text and lines. A scale of 1 is the normal size."""
+        """Scale the text and lines of the plots. A scale of 1 is the normal size."""
         self.readout.setFont(figures_font(9.0 * scale))
         for scenery in self._sceneries:
             scenery.scale = scale
@@ -327,7 +331,7 @@ class Timeline(QWidget):
         self.overview.show_frame(document.frame)
 
     def _pick(self, frame: int, judged: Judged | None) -> None:
-        """Select the interval at a clicked point of the overview. Without an interval, deselect."""
+        """Select the interval that was clicked in the overview; None clears the selection."""
         if judged is not None:
             frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
         self.document.select_interval(judged.id if judged is not None else None)
@@ -361,7 +365,10 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit the value range to the visible frames as soon as the interval's chain is loaded."""
+        """Fit the value ranges to the visible frames at the next refresh.
+
+        At that time, the chain of the selected interval is loaded.
+        """
         self._arriving = True
         self._stale.mark()
 

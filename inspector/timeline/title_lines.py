@@ -1,4 +1,4 @@
-"""Break the title of a plot into lines, for a figure."""
+"""Break the title of a plot in a figure into lines."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ Parts = list[tuple[str, str]]  # pairs (text, name of a colour in the theme)
 
 def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
-    """Return the parts of the title in each line. A symbol and its numbers stay on one line.
+    """Break a title into lines, and return the parts of each line.
 
-    Only words that are together wider than a line are divided. Spaces that only align columns are
-    removed.
+    A symbol and its numbers stay on the same line. A phrase is divided only if it is wider than a
+    line. Spaces that only align columns are removed.
 
     Parameters
     ----------
     title
         The title as pairs (text, name of a colour in the theme).
     room
-        The width of a line.
+        The maximum width of a line in pixels.
     advance
-        A function that returns the width of a text.
+        A function that returns the width of a text in pixels.
     """
 
     def width(group: Parts) -> float:
@@ -47,7 +47,7 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
 
 
 def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
-    """Return the groups of parts that must stay on one line: words, or a symbol and its numbers."""
+    """Return groups of parts that stay on one line: a phrase, or a symbol and its numbers."""
     groups: list[Parts] = []
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)
@@ -61,5 +61,5 @@ def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
 
 
 def _words(group: Parts) -> list[Parts]:
-    """Return each word of a group as a group, with the spaces before it."""
+    """Split a group into one group for each word, including the spaces before the word."""
     return [[(word, role)] for text, role in group for word in re.findall(r"\s*\S+", text)]

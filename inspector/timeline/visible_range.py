@@ -49,10 +49,10 @@ class VisibleRange(QObject):
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval, by default the selected one, with half a second on either side.
+        """Show an interval with a margin of half a second on either side.
 
-        The margin of a short interval is smaller, so that the interval fills at least an eighth of
-        the width.
+        By default, this is the selected interval. The margin is smaller for a short interval, so
+        that the interval fills at least an eighth of the width.
         """
         judged = judged or self._document.interval
         if judged is None or self._document.data is None:
@@ -65,7 +65,7 @@ class VisibleRange(QObject):
     def deselect_hidden(self) -> None:
         """Deselect the selected interval if it is not visible.
 
-        In this way, no key press decides on an interval that the user does not see.
+        This prevents a key press from accepting or rejecting an interval that the user cannot see.
         """
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)

@@ -26,16 +26,17 @@ class WhatIfDots:
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """Set up the dots. `plots` has the descriptions of the panes, with the keys of `panes`."""
+        """Create the dots. `plots` has the descriptions of the panes, with the keys of `panes`."""
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Show the angles of an edited frame, except undefined angles.
+        """Show the angles of an edited frame.
 
-        `values` are in radians, keyed by name.
+        `values` has the angles in radians, keyed by name. Angles that it does not have are not
+        shown.
         """
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
@@ -48,7 +49,7 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """Return the values of the dots for a plot's title, as pairs (text, name of a colour)."""
+        """Return title parts with the values of a plot's dots, as pairs (text, colour name)."""
         parts: list[tuple[str, str]] = []
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():

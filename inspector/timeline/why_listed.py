@@ -1,4 +1,4 @@
-"""A plot of the measured quantity because of which the selected interval is listed."""
+"""A plot of the measured quantity that explains why the selected interval is listed."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _STYLES = (
 
 
 def shown_interval(document: Document) -> Interval | None:
-    """Return the selected interval if its kind has a quantity to plot, or None.
+    """Return the selected interval if its kind of error has a quantity to plot, or None.
 
-    In an exercise the result is None, because the curve would reveal the error.
+    In an exercise, the result is None, because the curve would reveal the error.
     """
     judged = document.interval
     if document.data is None or document.data.blind or judged is None:
@@ -38,10 +38,10 @@ def shown_interval(document: Document) -> Interval | None:
 
 
 class WhyListed(Pane):
-    """A plot of the quantity because of which the selected interval is listed, with its limit.
+    """A plot of the quantity that explains why the selected interval is listed, with its limit.
 
-    The kind of the interval defines the quantity. The quantity is computed in the background or,
-    for a figure, immediately.
+    The interval's kind of error defines the quantity. The quantity is computed in the background
+    or, for a figure, immediately.
     """
 
     def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:
@@ -117,7 +117,7 @@ class WhyListed(Pane):
         self.touch()
 
     def _fit(self) -> None:
-        """Show all values or, if the other plots show only a part, those in the visible frames."""
+        """Fit the value axis to the values in the visible frames."""
         seen = np.concatenate([y for y, _ in self.values.values()])
         seen = seen[np.isfinite(seen)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
@@ -126,7 +126,7 @@ class WhyListed(Pane):
         self.show_part(*self.view.viewRange()[0])
 
     def _describe(self, *_: object) -> None:
-        """Show the title with the quantity at the playhead and its limit."""
+        """Show a title with the quantity and its limit at the playhead."""
         if self._interval is None or self.isHidden():
             return
         quantity, frame = self.quantity, self._document.frame

@@ -1,4 +1,4 @@
-"""The witness video, as a feature of the window."""
+"""The witness video (a video of the same take) as a feature of the window."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from inspector.video.video_reader import SUFFIXES
 
 
 class Video(FeatureParts):
-    """The panel with the video of the open clip, and its actions."""
+    """The parts of the feature: the panel with the video of the open clip, and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.video = VideoPanel(window.document, colours, window.settings, actions)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the actions, and show the dock if a clip that is opened has a video."""
+        """Create the actions, and show the dock whenever a clip with a known video is opened."""
         dock = window.docks["video"]
         self.video_actions = VideoActions(window.document, self.video, dock, window)
         self.video.restored.connect(self.video_actions.show_dock)

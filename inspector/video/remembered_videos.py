@@ -1,4 +1,4 @@
-"""Settings that record which video belongs to each clip."""
+"""The setting that records which video belongs to which clip."""
 
 from __future__ import annotations
 
@@ -24,12 +24,15 @@ VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
 
 
 def remember_video(settings: Settings, clip: str, video: Path, offset: float) -> None:
-    """Record the path of a clip's video, and its offset from the clip in seconds."""
+    """Record the path of a clip's video and its time offset in seconds.
+
+    The time in the video is the time in the clip plus the offset.
+    """
     now = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
     others = {k: v for k, v in VIDEOS.of(settings).items() if k != clip}
     VIDEOS.put(settings, dict([*others.items(), (clip, now)][-MOST_VIDEOS:]))
 
 
 def forget_video(settings: Settings, clip: str) -> None:
-    """Delete the record of a clip's video."""
+    """Delete the record of a clip's video, if there is one."""
     VIDEOS.put(settings, {k: v for k, v in VIDEOS.of(settings).items() if k != clip})

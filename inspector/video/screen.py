@@ -11,7 +11,7 @@ from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
-    """Shows an image as large as possible, or a message."""
+    """A widget that shows an image as large as possible, or a message."""
 
     resized = Signal()
 
@@ -26,7 +26,7 @@ class Screen(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Return a size for an image with an aspect ratio of 16:9."""
+        """Return the preferred size, with an aspect ratio of 16:9."""
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
@@ -36,7 +36,7 @@ class Screen(QWidget):
         self._name_picture()
 
     def _name_picture(self) -> None:
-        """Set the name that screen readers read: the message, or the name of the image."""
+        """Set the text for screen readers: the message or, if there is an image, its name."""
         name = self.text if self.image is None else tr("Image of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)
@@ -47,10 +47,13 @@ class Screen(QWidget):
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
     def picture_rect(self) -> QRectF:
-        """Return the rectangle of the image, on whole pixels and with its aspect ratio."""
+        """Return the rectangle in which to draw the image.
+
+        It has the aspect ratio of the image, and its edges are on whole pixels.
+        """
         assert self.image is not None
         (across, down), image = self.pixels(), self.image
-        # 1 if the image was decoded for this size
+        # The scale is 1 if the image was decoded for this size.
         scale = min(across / image.width(), down / image.height())
         width, height = round(scale * image.width()), round(scale * image.height())
         left, top = (across - width) // 2, (down - height) // 2
@@ -61,7 +64,7 @@ class Screen(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the image, or the message."""
+        """Paint the image or, if there is none, the message."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(self._colours.theme.surface))
         if self.image is not None:

@@ -1,4 +1,4 @@
-"""The actions of the witness video."""
+"""The actions that open and close the witness video."""
 
 from __future__ import annotations
 
@@ -38,20 +38,20 @@ class VideoActions:
         )
 
     def show_video(self, path: Path) -> None:
-        """Show a video next to the open clip."""
+        """Show a video file next to the 3D view of the open clip."""
         if self._may_open_video():
             self.show_dock()
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock. A dock that was hidden gets a third of the window's width."""
+        """Show the dock of the video. If it was hidden, it gets a third of the window's width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3
             self.window.resizeDocks([self.dock], [width], Qt.Orientation.Horizontal)
 
     def close_video(self) -> None:
-        """Remove the video from the clip."""
+        """Close the video, delete its link to the clip, and hide the dock."""
         self.video.close_video()
         self.dock.hide()
 

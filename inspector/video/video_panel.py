@@ -1,4 +1,4 @@
-"""The panel with a clip's witness video, which follows the playhead with a time offset."""
+"""The panel with the witness video of a clip. It follows the playhead with a time offset."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """The image of the video, its time offset, and a button that holds the image.
+    """A panel with an image of the video, its time offset, and a button that holds the image.
 
     The time in the video, in seconds, is the time in the clip plus the offset. While the video is
     held, only the playhead moves. When the video is released, the offset is set so that the image
@@ -93,14 +93,14 @@ class VideoPanel(QWidget):
     # -- which video --------------------------------------------------------------------------
 
     def open_video(self, path: Path) -> None:
-        """Open a video for the open clip.
+        """Load a video for the open clip.
 
-        The previous video stays visible until the new one is loaded.
+        The previous video is visible until the new one is loaded.
         """
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 
     def close_video(self) -> None:
-        """Remove the video from this clip."""
+        """Close the video, and delete its link to the open clip."""
         if clip := self._clip():
             forget_video(self._settings, clip)
         self.close_file()
@@ -161,7 +161,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Freeze the image, or unfreeze it and align the frozen image with the playhead."""
+        """Hold the image or, if `on` is False, release it and align it with the playhead."""
         if on == (self._held is not None):
             return
         if on:
@@ -174,7 +174,7 @@ class VideoPanel(QWidget):
         self._follow()
 
     def nudge(self, frames: int) -> None:
-        """Shift the video relative to the clip by a number of frames of the video."""
+        """Shift the video relative to the clip by a number of video frames."""
         if self.reader is None:
             return
         by = frames / self.reader.fps
@@ -194,10 +194,10 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video or to none, and release a held image."""
+        """Switch to a different video or, for None, to no video, and release a held image."""
         if self.reader is not None:
             close = self.reader.close
-            # In a thread, because the reader may still be decoding
+            # This is done in a thread, because the reader may still be decoding.
             Task(lambda _: close(), self).start()
         self.reader, self._held = reader, None
         self._hold.setChecked(False)
@@ -206,7 +206,7 @@ class VideoPanel(QWidget):
     # -- the picture --------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Decode the image at the playhead, unless an image is already being decoded."""
+        """Decode and show the image at the playhead, unless an image is already being decoded."""
         reader = self.reader
         if reader is None or self.busy or not self.isVisible():
             return
@@ -235,11 +235,11 @@ class VideoPanel(QWidget):
             height, width, _ = picture.pixels.shape
             form = QImage.Format.Format_RGB888
             self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
-        self.shown = picture  # keeps the memory of the displayed image
+        self.shown = picture  # this reference keeps the pixels of the displayed image alive
         self._show_time()
 
     def _show_facts(self) -> None:
-        """Show the properties of the video, and enable or disable the controls."""
+        """Show the name and the properties of the video, and enable or disable the controls."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)

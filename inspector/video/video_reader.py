@@ -39,7 +39,7 @@ _ORDERED = "avi"  # a format whose time stamps give only the order of decoding
 
 
 class VideoError(Exception):
-    """Raised if a video cannot be shown. The text is meant for the user."""
+    """Raised if a video cannot be shown. The message is meant for the user."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """Return True if the video shows this image at a time."""
+        """Return True if the video shows this image at the given time."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
@@ -68,7 +68,7 @@ def can_play() -> bool:
 
 
 class VideoReader:
-    """A reader for the first video stream of a file. Several threads may use one reader.
+    """A reader for the first video stream of a file. It is thread-safe.
 
     Attributes
     ----------
@@ -79,10 +79,10 @@ class VideoReader:
     duration
         The length in seconds according to the header, or 0 if it is unknown.
     end
-        The time at which the last image ends, in seconds since the first image; infinite until the
-        last image has been read.
+        The time at which the last image ends, in seconds since the first image. It is infinite
+        until the last image has been read.
     seeks
-        The number of jumps to another part of the file.
+        The number of times that the reader has jumped to a different position in the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -117,9 +117,10 @@ class VideoReader:
         return -1 if at < 0.0 else int(at >= self.end)
 
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
-        """Return the image at a time, at most `width` × `height` pixels, or None outside the video.
+        """Return the image at a time, or None outside the video.
 
-        `seconds` is the time since the first image. Raises VideoError if reading fails.
+        The image is scaled down to at most `width` × `height` pixels. `seconds` is the time since
+        the first image. Raises VideoError if reading fails.
         """
         import av
 
@@ -148,16 +149,16 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file. Afterwards, no image can be read."""
+        """Close the file. No image can be read after this."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
             self._container.close()
 
-    # -- finding ------------------------------------------------------------------------------
+    # -- seeking and decoding -----------------------------------------------------------------
 
     def _seek(self, at: float) -> None:
-        """Continue to decode at the last key frame at or before a time."""
+        """Seek to the last key frame at or before a time, and decode it."""
         import av
 
         self.seeks += 1
@@ -253,7 +254,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield the decoded images in the order in which they are shown, without damaged ones."""
+    """Yield the decoded images in display order, except damaged images."""
     import av
 
     packets = container.demux(stream)

@@ -1,1 +1,1 @@
-"""The 3D view, in which the bodies of the bones make roll visible."""
+"""The 3D view, in which the shapes of the bones make their roll visible."""

@@ -1,8 +1,8 @@
-"""The bodies of a skeleton: wedges that make roll visible, rigidly attached to joints.
+"""Bodies for the bones of a skeleton: wedges that make roll visible.
 
-The body of a bone is attached to the parent joint, like the bone itself, so that a twist error of
-the parent rolls the body. All vertices of a clip are computed once, in the coordinates of their
-joints. For each frame, only rotation matrices are applied.
+The body of a bone is rigidly attached to the parent joint, so a twist error of the parent rolls
+the body. All vertices of a clip are computed once, in the local coordinates of their joints. In
+each frame, they are only transformed by the pose.
 """
 
 from __future__ import annotations
@@ -59,14 +59,14 @@ class BoneSegment:
 
 @dataclass(frozen=True, eq=False)
 class Rods:
-    """Bones as lines.
+    """The bones of a figure as line segments.
 
     Attributes
     ----------
     parent
-        The parents, (n,).
+        The parent joint of each bone, (n,).
     tip
-        The ends of the bones in the coordinates of their parents, (n, 3).
+        The end of each bone in the coordinates of its parent joint, (n, 3).
     width
         Half the width of each bone, (n,).
     """
@@ -77,7 +77,7 @@ class Rods:
 
     @classmethod
     def of(cls, bones: Sequence[BoneSegment]) -> Rods:
-        """Return the given bones as lines."""
+        """Create the line segments of the given bones."""
         return cls(
             np.array([bone.parent for bone in bones], dtype=np.int64),
             np.array([bone.tip for bone in bones]).reshape(-1, 3),
@@ -85,7 +85,7 @@ class Rods:
         )
 
     def ends(self, rotations: Array, positions: Array) -> Array:
-        """Return the ends of the bones, (n, 2, 3), for a global pose."""
+        """Return both ends of each bone in world space, (n, 2, 3), for a global pose."""
         start = positions[self.parent]
         return np.stack([start, start + rotate(rotations[self.parent], self.tip)], axis=1)
 
@@ -97,17 +97,17 @@ class Soup:
     Attributes
     ----------
     vertices
-        The positions in the coordinates of the joints, (vertices, 3).
+        The positions in the local coordinates of the joints, (vertices, 3).
     joint, bone, part
-        The joint, the bone and the part of each vertex, (vertices,). The bone is −1 for the spheres
-        at joints.
+        The joint, the bone and the part (from PARTS) of each vertex, (vertices,). The bone is −1
+        for the spheres at joints.
     faces
-        The triangles, (n, 3).
+        The triangles as vertex indices, (n, 3).
     edges
-        The lines, (n, 2).
+        The lines as vertex indices, (n, 2).
     blocks
-        Ranges of vertices (first, stop, joints), within which each joint has the same number of
-        vertices.
+        Ranges of vertices as (first, stop, joints). Within a range, each joint has the same number
+        of vertices.
     """
 
     vertices: Array
@@ -121,16 +121,16 @@ class Soup:
 
 @dataclass(frozen=True, eq=False)
 class Attached:
-    """A body without a bone, rigidly attached to a joint.
+    """A body that does not belong to a bone and is rigidly attached to a joint.
 
     Attributes
     ----------
     vertices
-        The positions in the coordinates of the joint, (corners, 3).
+        The positions in the local coordinates of the joint, (corners, 3).
     part
-        The part of each vertex, (corners,).
+        The part (from PARTS) of each vertex, (corners,).
     faces
-        The triangles, (n, 3).
+        The triangles as vertex indices, (n, 3).
     """
 
     joint: int
@@ -141,14 +141,14 @@ class Attached:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """The shape of a bone or a joint.
+    """The shape of a bone or a joint, before it is scaled and placed.
 
     Attributes
     ----------
     corners
         The positions, (corners, 3).
     part
-        The part of each corner, (corners,).
+        The part (from PARTS) of each corner, (corners,).
     faces, edges
         The triangles and the lines, as indices of corners.
     """
@@ -160,7 +160,10 @@ class _Shape:
 
 
 def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, ...]:
-    """Return every bone that has a length, including bones to End Sites."""
+    """Return all bones of nonzero length, including bones to End Sites.
+
+    `up` is the upward direction, (3,), and `height` is the height of the figure.
+    """
     skeleton = motion.skeleton
     pieces = [
         (int(p), j, _offset(motion, j))
@@ -183,9 +186,10 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
 def aligned_fronts(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> tuple[BoneSegment, ...]:
-    """Return the bones, with the fronts of consecutive bones of a limb aligned in the rest pose.
+    """Return the bones, with their fronts aligned along each limb in the rest pose.
 
-    The bones are those of the chains' parents, such as the upper arm and the forearm.
+    Only the bones from P to C of `chains` change. For example, the front of the forearm is aligned
+    with the front of the upper arm.
     """
     found = list(bones)
     pairs = sorted(
@@ -203,7 +207,7 @@ def aligned_fronts(
 def bones_of_chains(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> list[tuple[Chain, int]]:
-    """Return each chain whose parent has a bone to the child, with the index of this bone."""
+    """Return (chain, bone index) for each chain with a bone from its parent to its child."""
     numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
     return [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
 
@@ -216,18 +220,18 @@ def build_soup(
     without: frozenset[int] = frozenset(),
     attached: Sequence[Attached] = (),
 ) -> Soup:
-    """Return the wedges of all bones, and spheres at their joints.
+    """Return the wedges of all bones and the spheres at their joints.
 
     Parameters
     ----------
     grown
-        The factor by which the wedges are thicker than normal.
+        The thickness of the wedges relative to their normal thickness.
     joints
         True to add the spheres.
     without
-        The indices of bones that a skin covers.
+        The indices of bones that have a skin and therefore get no wedge.
     attached
-        Further bodies, which get the bone −1.
+        Additional bodies. Their bone index is −1.
     """
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
     radius: dict[int, float] = {}
@@ -264,7 +268,7 @@ def build_soup(
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
-    """Return the vertices in the world, (vertices, 3), for a global pose.
+    """Return the vertices in world space, (vertices, 3), for a global pose.
 
     `rotations` are (joints, 4), and `positions` are (joints, 3).
     """
@@ -298,9 +302,10 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """Return the unit normal of the front face: forward in the rest pose, or up for forward bones.
+    """Return the unit normal of the front face of a bone with the unit vector `axis`, (3,).
 
-    In the rest pose all rotations are zero, so the parent's coordinates are those of the world.
+    In the rest pose, the front faces forward or, if the bone itself points forward, up. All
+    rotations of the rest pose are zero, so the parent's coordinates are world coordinates.
     """
     forward = np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
     normal = forward - (forward @ axis) * axis
@@ -310,13 +315,16 @@ def _front(axis: Array, up: Array) -> Array:
 
 
 def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
-    """Return the scaled axes of a wedge as rows (3, 3): along the bone, across, and front."""
+    """Return the scaled axes of a wedge as rows, (3, 3): along the bone, across it, and front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
 def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
-    """Return a normal of `start`, turned by the shortest rotation from `start` to `stop`, (3,)."""
+    """Rotate `vector`, a normal of `start`, by the shortest rotation from `start` to `stop`.
+
+    The result is a normal of `stop`. All vectors are unit vectors, (3,).
+    """
     across = start + stop
     if across @ across < 1e-6:
         return vector
@@ -326,7 +334,7 @@ def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
 
 
 def _wedge() -> _Shape:
-    """Return a flat box of three cross-sections, with a rail along one edge."""
+    """Return the shape of a bone: a flat box with three cross-sections and a rail on one edge."""
 
     def rings(low: float, high: float, thick: float) -> Array:
         corners = ((high, thick), (low, thick), (low, -thick), (high, -thick))

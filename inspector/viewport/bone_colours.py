@@ -1,4 +1,4 @@
-"""Compute the colours of bodies from the role of each bone, or from its |offset|."""
+"""Compute the colours of bodies from the role or the |offset| of each bone."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Role(IntEnum):
 
 
 def rgb(colour: str) -> Floats:
-    """Return red, green and blue of a colour '#rrggbb', (3,) in 0…255."""
+    """Return the red, green and blue values of a colour '#rrggbb', (3,) in 0…255."""
     return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.float64)
 
 
@@ -85,7 +85,7 @@ def palette(theme: Theme) -> Floats:
 
 
 def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
-    """Return the colours of the vertices of a shape by the roles of the bones, (vertices, 3).
+    """Return the colour of each vertex of a shape, by the role of its bone, (vertices, 3).
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colo
 
 
 def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
-    """Return the colours of the ghost with opacity, (vertices, 4).
+    """Return the colour and opacity of each vertex of the ghost, (vertices, 4) in 0…255.
 
-    The faces are translucent, and the stripe is nearly opaque.
+    The ghost is the translucent figure before correction. Only its stripes are nearly opaque.
     """
     out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), GHOST_ALPHA])
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
@@ -111,7 +111,7 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
 
 
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
-    """Return the colours that represent |offset|, (n, 3) in 0…255.
+    """Return the colours that represent |offset| on the colour scale, (n, 3) in 0…255.
 
     `angle` has the offsets in radians, (n,).
     """
@@ -121,7 +121,7 @@ def scale_colour(theme: Theme, angle: Floats) -> Floats:
 
 
 def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
-    """Return the colours of the vertices of a shape by the |offset| of the bones, (vertices, 3).
+    """Return the colour of each vertex of a shape, by the |offset| of its bone, (vertices, 3).
 
     Parameters
     ----------

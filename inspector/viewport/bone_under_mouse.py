@@ -22,7 +22,7 @@ _REACH = 12.0  # distance in pixels from a body within which the mouse hits the 
 
 
 class Pointing(QObject):
-    """Handles clicks on bones, and shows the name of the bone under the mouse."""
+    """A handler of clicks on bones, which also shows the name of the bone under the mouse."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)
@@ -31,21 +31,29 @@ class Pointing(QObject):
 
     @property
     def _view(self) -> Steering:
-        """The view. A Python reference would keep the view and its OpenGL context alive."""
+        """The view, which is the Qt parent.
+
+        A Python reference is not stored, because it would keep the view and its OpenGL context
+        alive.
+        """
         view = self.parent()
         assert isinstance(view, Steering)
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a point of the view. A second click selects its limb."""
+        """Select the chain of the bone at a point of the view, or nothing if no bone is there.
+
+        A second click selects the limb of the bone.
+        """
         found = self._next_chain(self.joint_at(at))
         if found is not None:
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Show the name of the joint whose bone is at a point, or hide the name.
+        """Show a tool tip with the name of the bone at a point of the view, if there is a bone.
 
-        If the chain of the bone is already selected, also show the limb that a click would select.
+        A bone has the name of its parent joint. If a click would select a whole limb, the tool tip
+        also shows the name of the limb.
         """
         data = self._view.document.data
         if self.names and data is not None:
@@ -57,7 +65,7 @@ class Pointing(QObject):
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
     def _next_chain(self, joint: int | None) -> Chain | None:
-        """Return the chain or limb of a joint's bone that the next click would select, or None."""
+        """Return the chain or limb that a click on the bone of a joint would select, or None."""
         data = self._view.document.data
         if joint is None or data is None:
             return None
@@ -74,7 +82,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """Return the joint whose bone is at a point of the view, or None."""
+        """Return the parent joint of the bone at a point of the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None
@@ -112,7 +120,10 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Return the distances of a point from segments, (n,), and the nearest places on them, 0…1."""
+    """Return the distances from a point to line segments, (n,), and the nearest places on them.
+
+    The places, (n,), are shares from 0 at the start of a segment to 1 at its end.
+    """
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)

@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
-# Tilts of the view along a bone, the best first
+# Tilts of the view along a bone; the best one comes first
 _TILTS = np.array([-0.65, 0.65, -0.4, 0.4, -0.9, 0.9])
 _HIDDEN = 6.0  # weight of the share of a limb that is hidden
 _SLANT = 0.6  # best cosine of the angle between the limb's line and the view
@@ -34,7 +34,7 @@ class OrbitCamera:
     target
         The centre of the view, (3,).
     azimuth, elevation
-        Angles in radians.
+        The angles of the camera around the target and above the horizon, in radians.
     distance
         The distance from the target in the unit of the file.
     up, ahead
@@ -73,7 +73,10 @@ class OrbitCamera:
         return np.stack([right, np.cross(back, right), back])
 
     def orbited(self, azimuth: float, elevation: float) -> OrbitCamera:
-        """Return the camera turned about the target by angles in radians, but never upside down."""
+        """Return the camera, rotated about its target by two angles in radians.
+
+        The elevation is limited, so the camera is never upside down.
+        """
         steep = float(np.clip(self.elevation + elevation, -_STEEPEST, _STEEPEST))
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
@@ -91,11 +94,11 @@ class OrbitCamera:
         return self._placed(self.target + step, self.distance)
 
     def zoomed(self, factor: float) -> OrbitCamera:
-        """Return the camera, with its distance from the target divided by a factor."""
+        """Return the camera, with its distance from the target divided by `factor`."""
         return replace(self, distance=self.distance / factor)
 
     def looking_from(self, direction: Array) -> OrbitCamera:
-        """Return the camera, looking at its target from a direction, a unit vector (3,)."""
+        """Return the camera, rotated to look at its target from a direction, a unit vector (3,)."""
         azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
@@ -103,7 +106,7 @@ class OrbitCamera:
     def framing(
         self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
     ) -> OrbitCamera:
-        """Return the camera, moved but not turned, so that all points (n, 3) just fit.
+        """Return the camera, moved but not rotated, so that all points (n, 3) just fit the image.
 
         `aspect` is the width of the image divided by its height, `margin` scales the distance, and
         `covered` is the share of the image's height that is covered at the top.
@@ -118,7 +121,10 @@ class OrbitCamera:
         return self._placed(centre @ self.axes, float(max(away, 1e-9)))
 
     def _placed(self, target: Array, distance: float) -> OrbitCamera:
-        """Return the camera with a new target and distance. Its cached directions are kept."""
+        """Return the camera with a new target and distance, and with its cached directions.
+
+        The directions do not depend on the target or the distance.
+        """
         camera = replace(self, target=target, distance=distance)
         for name in ("sideways", "direction", "axes"):
             if name in vars(self):
@@ -126,9 +132,10 @@ class OrbitCamera:
         return camera
 
     def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
-        """Return the pixels (…, 2), with y downward, and the depths (…) of points (…, 3).
+        """Project points (…, 3) to pixels (…, 2), and return the pixels and the depths (…).
 
-        `width` and `height` are the size of the image in pixels.
+        `width` and `height` are the size of the image in pixels. The y axis of the image points
+        down.
         """
         seen = (points - self.position) @ self.axes.T
         depth = np.maximum(-seen[..., 2], 1e-9 * self.distance)
@@ -145,9 +152,9 @@ class OrbitCamera:
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """Return a camera between two cameras with equal `up` and `ahead`; `share` is 0…1.
+    """Interpolate between two cameras with equal `up` and `ahead`; `share` is 0…1.
 
-    The azimuth changes by the shorter way around.
+    The azimuth changes in the direction of the shorter rotation.
     """
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
@@ -160,7 +167,10 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """Return the camera in one of VIEWS. `facing` is the horizontal front of the figure, (3,)."""
+    """Return the camera, rotated to the view `name` in VIEWS.
+
+    `facing` is the horizontal direction in which the figure faces, (3,).
+    """
     around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
@@ -185,9 +195,9 @@ def roll_direction(
 ) -> Array:
     """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
 
-    The best view shows the whole limb from outside and not from below, with both fronts of the bone
-    on the near side, and at an angle to the bone, so that its circle looks open. All vectors are
-    (3,).
+    The best view shows the whole limb from outside and not from below. The captured and the
+    corrected front of the bone are both visible, and the view is at an angle to the bone, so that a
+    circle about the bone looks open. All vectors are (3,).
 
     Parameters
     ----------
@@ -198,7 +208,7 @@ def roll_direction(
     outward
         A vector from the body to the limb.
     facing
-        The figure's front.
+        The direction in which the figure faces.
     up
         The upward direction.
     hidden
@@ -243,8 +253,9 @@ def circle_direction(
 ) -> Array:
     """Return the direction from which a rotation about a limb's line is best visible, (3,).
 
-    The best view shows the whole limb at an angle to the line, so that its circle looks open, with
-    the middle joint to one side, and neither from below nor from far above. All vectors are (3,).
+    The line leads from the limb's first joint to its end. The best view is at an angle to the line,
+    so the circle of the middle joint looks open. It shows the whole limb, with the middle joint to
+    one side, and is neither from below nor from far above. All vectors are (3,).
 
     Parameters
     ----------
@@ -255,7 +266,7 @@ def circle_direction(
     outward
         A vector from the body to the limb.
     facing
-        The figure's front.
+        The direction in which the figure faces.
     up
         The upward direction.
     hidden

@@ -1,4 +1,4 @@
-"""Control of the camera: named views, focus on a limb, following the figure, and manual moves."""
+"""Move the camera: to a named view, to a limb, along with the figure, or with the mouse."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _EDGE = 0.03  # share of the image along its border that is treated as outside
 _TINY = 0.03  # share of the image's height; a smaller limb is hardly visible
 _HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
-Aim = tuple[Array, Array]  # points to show, (n, 3), and the unit vector from which to look, (3,)
+Aim = tuple[Array, Array]  # points to show, (n, 3), and the unit vector to the camera, (3,)
 
 
 class Steering(QWidget):
-    """A view with a camera. Subclasses draw in `_schedule`."""
+    """A widget with a camera that can be moved. Subclasses redraw the image in `_schedule`."""
 
     follow = True
     _scene: Scene | None = None
@@ -35,7 +35,7 @@ class Steering(QWidget):
     _framed = "iso"  # the named view to restore after resizing; '' after a manual move
     _anchor: Chain | None = None  # the limb to follow; None for the root
     _anchored: Array | None = None
-    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and end of a turn that is running
+    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and end of a running animation
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -52,13 +52,13 @@ class Steering(QWidget):
 
     @property
     def scene(self) -> Scene | None:
-        """The scene; None without a clip or without OpenGL."""
+        """The scene, or None without a clip or without OpenGL."""
         self._complete()
         return self._scene
 
     @property
     def camera(self) -> OrbitCamera | None:
-        """The camera. If no clip is open, the latest camera."""
+        """The camera of the open clip or, if no clip is open, of the previous clip."""
         self._complete()
         return self._camera
 
@@ -68,11 +68,11 @@ class Steering(QWidget):
 
     @property
     def turning(self) -> bool:
-        """True while the camera is turning to a limb."""
+        """True while an animation rotates the camera to a limb."""
         return self._turn is not None
 
     def set_view(self, name: str) -> None:
-        """Show the figure in one of camera.VIEWS, relative to its current front."""
+        """Show the figure in one of camera.VIEWS, relative to the direction in which it faces."""
         scene = self.scene
         if self.camera is None or scene is None:
             return
@@ -88,14 +88,17 @@ class Steering(QWidget):
         self._schedule()
 
     def show_person(self) -> None:
-        """Show the whole listed person, or everyone, in the latest named view."""
+        """Show the whole figure of the selected person, or of all people, in the latest named view.
+
+        If the camera has since been moved or rotated to a limb, this is the view "iso".
+        """
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Turn the camera so that the roll of the selected chain is best visible.
+        """Rotate the camera so that the roll of the selected chain is best visible.
 
-        The turn takes `milliseconds` in the background. Another call starts from the current
-        direction.
+        The rotation is animated and takes `milliseconds`. A new call during the animation starts
+        from the current direction.
         """
         chain = pictured_chain(self.document)
         start, scene = self.camera, self.scene
@@ -116,7 +119,7 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """Return True if the selected limb or bone is inside the image and not tiny."""
+        """Return True if the selected limb or bone is inside the image and large enough."""
         chain, camera, scene = pictured_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
@@ -131,24 +134,24 @@ class Steering(QWidget):
         return bool(inside.all() and (ahead > 0.0).all() and reach > _TINY)
 
     def take_view(self, other: Steering) -> None:
-        """Use the camera of another view of the same clip and frame."""
+        """Copy the camera of another view of the same clip and frame."""
         self._stop_turning()
         self.camera, self._framed, self.follow = other.camera, "", other.follow
         self._hold(other._anchor)
 
     def set_follow(self, on: bool) -> None:
-        """Let the camera follow the figure at a constant distance, or stop if `on` is False."""
+        """Set whether the camera follows the figure at a constant direction and distance."""
         self.follow = on
         self._hold(self._anchor)
 
-    # -- the limb's best side -----------------------------------------------------------------
+    # -- the best view of a limb --------------------------------------------------------------
 
     def _aim(self, scene: Scene) -> Aim | None:
-        """Return the points and the direction to show instead of the limb, or None."""
+        """Return the points and the direction to show instead of the limb, or None for the limb."""
         return None
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """Return the camera for `_aim` or, if that is None, for the best side of the limb."""
+        """Return the camera for the result of `_aim` or, if it is None, for the best limb view."""
         if (aim := self._aim(scene)) is not None:
             return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
         data, frame = scene.data, self.document.frame
@@ -156,7 +159,7 @@ class Steering(QWidget):
         after = self.document.pose(frame, after=True)
         above = -1
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
-            # The skin of the upper bone is twisted as well
+            # The skin of the bone above is twisted as well.
             above = int(data.motion.skeleton.parents[chain.parent])
         facing = scene.facing(after[1], chain.person)
         side = limb_side(
@@ -179,12 +182,15 @@ class Steering(QWidget):
                 self._turn = None
 
     def _stop_turning(self) -> None:
-        """Stop the current turn of the camera."""
+        """Stop the animation of the camera."""
         self._turn = None
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """Return points (n, 3) around the listed people for 0.25 s, without the root's movement."""
+        """Return points (n, 3) on the people to show, in this frame and in the next 0.25 s.
+
+        The movement of the root is removed.
+        """
         data, soup = scene.data, scene.shapes.bodies
         bodies = place(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
@@ -196,7 +202,7 @@ class Steering(QWidget):
         return np.vstack(parts)
 
     def _listed(self, scene: Scene) -> list[tuple[int, ...]]:
-        """Return the joints of each listed person."""
+        """Return the joints of the selected person, or of each person if none is selected."""
         one = scene.people.get(self.document.person)
         return list(scene.people.values()) if one is None else [one]
 
@@ -216,15 +222,15 @@ class Steering(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Begin to follow a limb, or the root for None, from its current position."""
+        """Let the camera follow a limb from now on; None follows the root."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
     def _followed(self, scene: Scene) -> Array:
-        """Return the point to follow, (3,).
+        """Return the point that the camera follows, (3,).
 
-        This is the middle of the followed limb, or the mean position of the listed roots on the
-        ground.
+        This is the middle of the followed limb. Without a limb, it is the mean position of the
+        people's root joints, projected to height 0.
         """
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
@@ -249,7 +255,7 @@ class Steering(QWidget):
     # -- mouse --------------------------------------------------------------------------------
 
     def steer(self, move: Callable[[OrbitCamera], OrbitCamera]) -> None:
-        """Move the camera on behalf of the user."""
+        """Apply `move` to the camera. This is called when the user moves the camera."""
         if self.camera is not None:
             self._stop_turning()
             self.camera = move(self.camera)

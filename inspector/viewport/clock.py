@@ -1,7 +1,7 @@
 """A clock-like drawing of a rotation as seen along its axis, with the angle in degrees.
 
-One hand has the direction before correction, and the other hand has the direction after correction.
-The user can drag the corrected hand to change the offset (see `dial.py`).
+One hand points in the direction before correction and the other in the direction after correction.
+The user can drag the second hand to change the offset (see `dial.py`).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _HUB = 0.26  # radius of the limb's cross-section, in radii of the face
 _ARC = 0.80  # radius of the arc, in lengths of the hands
 _GAP = 3.0  # pixels between the text and the limb's cross-section or the border
 _TIP = 0.07  # length of the arrowhead, as a share of the widget's width
-_SAME = 0.01  # in lengths of the hands; a smaller change of a hand is not visible
+_SAME = 0.01  # relative to the hands' length; a smaller change of a hand is not visible
 _SWEPT = 70  # opacity of the sector between the hands, 0…255
 
 
@@ -53,10 +53,10 @@ class Hands:
     Attributes
     ----------
     way
-        Unit vectors in the image from the captured to the corrected direction, (n, 2). The y axis
-        points down.
+        Unit vectors along the arc from the captured to the corrected direction, in the image,
+        (n, 2). The y axis points down.
     degrees
-        The angle to write, in degrees.
+        The angle to show as text, in degrees.
     """
 
     way: Array
@@ -64,7 +64,7 @@ class Hands:
 
     @property
     def sense(self) -> float:
-        """The change of the offset if the corrected hand turns clockwise by 1°: 1.0 or −1.0."""
+        """The change of the offset, in degrees, for 1° clockwise of the corrected hand: ±1.0."""
         x, y = self.way[0], self.way[1]
         return math.copysign(1.0, self.degrees * float(x[0] * y[1] - x[1] * y[0]))
 
@@ -80,7 +80,7 @@ class Hands:
         return bool(self.way[0] @ self.way[-1] > _SMALL)
 
     def look_like(self, other: Hands) -> bool:
-        """Return True if the drawings of these and the other hands look the same."""
+        """Return True if a drawing of `other` would look the same."""
         near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
         return bool(near and round(self.degrees) == round(other.degrees))
 
@@ -94,8 +94,8 @@ def clock_size(picture: tuple[int, int]) -> QSize:
 def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     """Return the hands that show a rotation as seen along its axis.
 
-    For this drawing, the camera is turned by the shortest rotation to look along the axis, so that
-    directions in the drawing are similar to directions in the image.
+    The drawing is seen from a direction along the axis. The camera is rotated to this direction by
+    the shortest rotation, so directions in the drawing are similar to directions in the image.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class Clock(QWidget):
     grasped
         Signal that is emitted when the user starts to drag the corrected hand.
     turned
-        Signal that is emitted with the change of the offset in degrees during a drag.
+        Signal that is emitted during a drag, with the change of the offset in degrees.
     hands
         The hands that are drawn, or None.
     """
@@ -148,7 +148,7 @@ class Clock(QWidget):
     def offer(self, on: bool) -> None:
         """Set whether the user can drag the hand.
 
-        If `on` is False, mouse events pass through to the view, but not during a drag.
+        If `on` is False, mouse events pass through to the view. A drag that has begun continues.
         """
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not (on or self.held))
 
@@ -178,7 +178,7 @@ class Clock(QWidget):
         self._grasp = None
 
     def _hub(self) -> QPointF:
-        """Return the hub, the pixel about which the hands turn."""
+        """Return the hub, which is the pixel about which the hands rotate."""
         middle = QRectF(self.rect()).center()
         if self.hands is None or not self.hands.small:
             return middle
@@ -196,7 +196,7 @@ class Clock(QWidget):
     def show_hands(self, hands: Hands, at: QRect) -> None:
         """Show the hands in the rectangle `at` of the view.
 
-        During a drag, the drawing keeps its place.
+        During a drag, the drawing does not move.
         """
         known, self.hands = self.hands, hands
         if not self.held:  # during a drag, the drawing must stay under the mouse
@@ -269,5 +269,5 @@ class Clock(QWidget):
 
 
 def _nearer(point: QPointF, middle: QPointF, share: float) -> QPointF:
-    """Return the point at a share, 0…1, of the line from `middle` to `point`."""
+    """Return a point between `middle` (share 0) and `point` (share 1)."""
     return middle + (point - middle) * share

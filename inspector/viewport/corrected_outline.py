@@ -1,4 +1,4 @@
-"""A preview of the correction in the left image, which shows the figure before correction."""
+"""A preview of the correction, drawn into the left image of the figure before correction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _JOINTS, _FINS = 4, 2  # numbers of joints on the line and of fins
 
 
 class CorrectedOutline:
-    """The corrected fins of a limb, and a line through its corrected joints."""
+    """Fins in the corrected directions of a limb's bones, and a line through its joints."""
 
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer
@@ -62,7 +62,7 @@ class CorrectedOutline:
         before, after
             The global rotations (joints, 4) and positions (joints, 3) before and after correction.
         viewer
-            The position of the camera, (3,), from which no body hides the line.
+            The position of the camera, (3,). The line is drawn in front of all bodies.
         """
         joints = [] if chain is None else self._joints(chain)
         moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1)

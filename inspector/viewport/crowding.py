@@ -1,4 +1,4 @@
-"""Measure how crowded parts of an image are, to find free places for labels."""
+"""Measure how crowded the parts of an image are, to find free places for labels."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CELL = 6  # size of a cell in pixels
 
 
 class Crowding:
-    """The weights of the pixels that bones and labels cover, added up in cells."""
+    """A grid of cells over an image. Each cell has the sum of the weights of what covers it."""
 
     def __init__(self, width: int, height: int) -> None:
         self._shape = width // _CELL + 1, height // _CELL + 1
@@ -28,13 +28,16 @@ class Crowding:
         self._sums = None
 
     def add_box(self, box: QRect, weight: float) -> None:
-        """Add a box, with a weight for each cell."""
+        """Add `weight` to each cell of a box."""
         x, y = max(box.left(), 0) // _CELL, max(box.top(), 0) // _CELL
         self._cells[x : box.right() // _CELL + 1, y : box.bottom() // _CELL + 1] += weight
         self._sums = None
 
     def within(self, low: Array, high: Array) -> Array:
-        """Return the weight in each box, (n,), given its corners in pixels, (n, 2) each."""
+        """Return the sum of the weights in each box, (n,).
+
+        `low` and `high` are the corners of the boxes in pixels, (n, 2) each.
+        """
         if self._sums is None:
             self._sums = np.zeros((self._shape[0] + 1, self._shape[1] + 1))
             self._sums[1:, 1:] = self._cells.cumsum(axis=0).cumsum(axis=1)

@@ -1,4 +1,4 @@
-"""A dashed outline of a third figure, in addition to before and after."""
+"""A dashed outline of a third figure, in addition to the figures before and after correction."""
 
 from __future__ import annotations
 
@@ -22,16 +22,19 @@ _STILL = 5e-4  # relative to the figure's height; smaller movements are ignored
 
 
 class Companion(Protocol):
-    """A source of a third figure. `changed` is emitted when the figure has changed."""
+    """A source of a third figure. The signal `changed` is emitted when the figure has changed."""
 
     changed: SignalInstance
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame, or None."""
+        """Return the figure in a frame, or None if there is no figure.
+
+        The figure is its global rotations (joints, 4) and positions (joints, 3).
+        """
 
 
 class DashedOutline:
-    """The edges of the third figure's bones as dashes, where they differ from the solid figure."""
+    """A drawing of the third figure where it differs from the solid figure, with dashed edges."""
 
     def __init__(
         self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer
@@ -52,7 +55,7 @@ class DashedOutline:
         return self._piece.shown
 
     def colour(self, theme: Theme) -> None:
-        """Use the colours of a theme."""
+        """Apply the theme's colours."""
         self._piece.tint(rgb(theme.tracked))
 
     def draw(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:

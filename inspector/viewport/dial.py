@@ -1,4 +1,4 @@
-"""The dial of the selected interval: a drag of its hand changes the interval's offset."""
+"""Change the offset of the selected interval when the user drags the hand of the clock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.review.model import with_level
 
 
 class Dial(QObject):
-    """Edits the selected interval while the user drags the dial. A drag is one undo step."""
+    """The connection of the clock drawing with the selected interval. A drag is one undo step."""
 
     def __init__(self, document: Document, clock: Clock, parent: QObject) -> None:
         super().__init__(parent)
@@ -31,7 +31,7 @@ class Dial(QObject):
 
     @property
     def _edited(self) -> Judged | None:
-        """The selected interval if its offset is shown in this frame and can change, or None."""
+        """The selected interval if it contains the frame and its offset can change, or None."""
         judged, frame = self._document.interval, self._document.frame
         if judged is None or not judged.interval.kind.by_angle:
             return None

@@ -1,4 +1,4 @@
-"""Draw the document's current frame in a scene, and write the legend."""
+"""Draw the document's current frame in a scene, and compose the legend."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ class Guest(Protocol):
         """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw the guest's additions. The method is called each time that the view is drawn."""
+        """Draw the additions of this feature. Called each time that the view is drawn."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return the points to show and the direction from which to look, or None.
+        """Return what the camera should show, or None to show the selected limb.
 
-        The points are (n, 3), and the direction is a unit vector (3,).
+        The result is the points to show, (n, 3), and the unit vector to the camera, (3,).
         """
 
     def leave(self) -> None:
-        """Remove the guest's drawings from the view."""
+        """Remove the additions of this feature from the view."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Looks:
 
 
 class LoneJoint(Chain):
-    """A joint that belongs to no chain, with one of its bones, in the form of a chain."""
+    """A chain that stands for a single joint outside all chains, and one of the joint's bones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,11 @@ class AngleSign:
 
     @cached_property
     def points(self) -> Array:
-        """Points on the wrong bone, on its captured and corrected fin, and on the fan, (n, 3)."""
+        """Points on the error, (n, 3). Bones that hide these points are drawn as translucent.
+
+        The points are on the wrong bone, along its captured and its corrected front, and on the
+        fan.
+        """
         start, stop = self.bone
         points = [start + _ALONG * (stop - start)]
         if self.turn is not None:
@@ -120,15 +124,15 @@ class AngleSign:
 
 
 class FrameDrawing:
-    """Draws the document's current frame and any additional figure.
+    """A drawing of the document's current frame and of any additional figure.
 
     Attributes
     ----------
     looks
         The display options.
     guest
-        A feature that replaces the figure before and after correction, or None. With a guest, the
-        companion's figure and the axes of joints are hidden.
+        A feature that chooses the pose to show, or None. With a guest, the companion's figure and
+        the axes of joints are hidden.
     companion
         The source of a third, dashed figure, such as the tracked motion, or None.
     left
@@ -159,8 +163,8 @@ class FrameDrawing:
         camera
             The camera from which the image is seen.
         goal
-            The camera at the end of a turn, or `camera`. Bones that hide the error from `goal` are
-            drawn as translucent.
+            The camera at the end of the running animation or, without an animation, `camera`. Bones
+            that hide the error from `goal` are translucent.
         """
         document, looks = self._document, self.looks
         self._drawn_offsets = self._offsets()
@@ -184,7 +188,7 @@ class FrameDrawing:
         turned = turn is not None and bool(turn.drawn)
         chain = selected_chain(document) if turned else None
         scene.draw_corrected(chain, self.left, pose, camera)
-        # The axes of joints would overlap with the fan.
+        # The axes of joints would overlap the fan.
         triads = looks.triads and self.guest is None and not turned
         scene.draw_triads(pose, _ends(pictured_chain(document)) if triads else ())
         both = scene.split or document.show == Show.BOTH
@@ -203,7 +207,10 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def turn(self, scene: Scene) -> Turn | None:
-        """Return the rotation of the selected chain or limb, or None if it has no circle."""
+        """Return the rotation that corrects the selected chain or limb.
+
+        The result is None if the rotation cannot be drawn as a circle.
+        """
         document, chain = self._document, pictured_chain(self._document)
         if chain is None or isinstance(chain, LoneJoint) or self.guest is not None:
             return None
@@ -213,10 +220,10 @@ class FrameDrawing:
         return turn_of(chain, offset, now, then, scene.bones, skeleton, scene.height)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
-        """Return the pose of the current frame, with the colours of its bones.
+        """Return the pose of the current frame, with the data for the colours of its bones.
 
-        `show` determines whether the figure is shown before correction, after correction, or both.
-        By default, the document determines this.
+        `show` selects the figure before correction, after correction, or both. By default, this is
+        the selection in the document.
         """
         document = self._document
         if self.guest is not None:
@@ -260,7 +267,7 @@ class FrameDrawing:
         return text
 
     def _angle_to_show(self, scene: Scene, turn: Turn | None) -> AngleSign | None:
-        """Return the angle to write into the image, or None if there is none.
+        """Return the angle to show in the image, or None.
 
         The angle is the offset of the selected chain or limb or, for an error that cannot be
         corrected, the size of the error.
@@ -281,7 +288,7 @@ class FrameDrawing:
     def _covering_bones(
         self, scene: Scene, pose: Pose, camera: OrbitCamera
     ) -> NDArray[np.bool_] | None:
-        """Return a mask of the bodies that hide the error, (bodies,), or None."""
+        """Return a mask of the bodies that hide the error, (bodies,), or None to hide no body."""
         if self.sign is None:
             return None
         points = self.sign.points[::_THINNED]
@@ -292,17 +299,17 @@ class FrameDrawing:
         return covering(ends, scene.rods.width, own, scene.height, points, towards)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
-        """Return the joints of the person with the selected chain, or of the first person."""
+        """Return the joints of the selected chain's person, or of the first person."""
         chain = selected_chain(self._document)
         first = next(iter(scene.people.values()))
         return first if chain is None else scene.people.get(chain.person, first)
 
     def sides(self) -> Mapping[str, int]:
-        """Return the middle joint on each side of the body, keyed by side.
+        """Return the joint that marks each side of the body in the image, keyed by side.
 
-        The last entry is the middle joint (C) of the selected chain or limb, and the other entry is
-        the middle joint of the same chain or limb on the other side. The result is empty if the
-        side or the segment is unknown.
+        The joints are the middle joints (C) of the selected chain or limb and of its counterpart
+        on the opposite side. The selected side is the last entry. The result is empty if the side
+        or the segment of the selected chain is unknown.
         """
         document, chosen = self._document, pictured_chain(self._document)
         if chosen is None or not chosen.side or not chosen.segment or document.data is None:
@@ -316,11 +323,11 @@ class FrameDrawing:
         return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
-        """Return True if the corrections at the frame are the same as when it was drawn."""
+        """Return True if the corrections have not changed at the frame since it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[object, ...]:
-        """Return everything that determines the corrected pose of the frame, to detect changes."""
+        """Return all values that determine the corrected pose of the frame, to detect changes."""
         document = self._document
         if document.data is None:
             return ()
@@ -339,11 +346,11 @@ def selected_chain(document: Document) -> Chain | None:
 
 
 def pictured_chain(document: Document) -> Chain | None:
-    """Return the chain, limb or single bone to show.
+    """Return the chain, limb or single bone to show, or None.
 
-    In general, this is the selected chain or limb. If the selected interval is an error of a single
+    This is usually the selected chain or limb. If the selected interval is an error of a single
     joint outside this chain, for example in the spine, a bone of the joint is returned: a bone
-    below the joint or, if there is none, the bone above it.
+    that begins at the joint or, if there is none, the bone that ends at it.
     """
     chain, judged = selected_chain(document), document.interval
     if chain is None or judged is None or document.data is None:
@@ -392,10 +399,10 @@ def selected_limb(document: Document) -> Limb | None:
 
 
 def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
-    """Return the captured pose, or an altered pose with the captured pose as its ghost.
+    """Return the altered pose, with the captured pose as its ghost.
 
-    Only bones that keep their position have a ghost. All bones except the bones of the selected
-    chain are translucent.
+    Only bones that do not change their position have a ghost. All bones except those of the
+    selected chain are translucent.
 
     Parameters
     ----------
@@ -404,8 +411,8 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
     scene
         The scene of the open clip.
     altered
-        The global rotations (joints, 4) and positions (joints, 3) of the altered pose; None for the
-        captured pose.
+        The global rotations (joints, 4) and positions (joints, 3) of the altered pose. None returns
+        the captured pose without a ghost.
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
@@ -422,7 +429,7 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
     """Return the role of each bone, (bones,): CHOSEN for the bones of `chain`, PLAIN for others.
 
-    For a twist bone, its own bones and the bone whose roll it distributes are CHOSEN.
+    If `chain` is a twist bone, the bone that it helps to roll is CHOSEN, too.
     """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
@@ -441,7 +448,7 @@ def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
-    """Return a mask of the bones with a correction that no person has chosen, (bones,)."""
+    """Return a mask of the bones with a correction that the user has not accepted, (bones,)."""
     skeleton = scene.data.motion.skeleton
     chains = map(document.find_chain, document.suggested_chains)
     wanted = {pair for chain in chains for pair in _moved_bones(chain, skeleton)}
@@ -449,18 +456,19 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
 
 
 def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones that a correction may rotate, as (parent, child).
+    """Return all bones that a correction may rotate, as (parent, child).
 
-    For a chain, the bone of the child is included, because a carried roll rotates it as well.
+    For a chain, the child's bone is included, because the correction of a carried roll rotates it
+    together with the parent's bone.
     """
     turned = _turned_bones(chain, skeleton)
     return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 
 
 def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones that every correction of a chain, limb or twist bone rotates.
+    """Return the bones that each correction of a chain, limb or twist bone rotates.
 
-    The bones are pairs of joints, (parent, child).
+    A bone is a pair of joints, (parent, child).
     """
     if isinstance(chain, Limb):
         return limb_bones(chain, skeleton)
@@ -472,8 +480,8 @@ def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
 def _bone_offsets(document: Document, scene: Scene) -> Array:
     """Return the |offset| of each bone at the frame in radians, (bones,).
 
-    A bone may have several offsets: from its chain, from its limb, and from an error of its joint
-    alone. The largest one is returned.
+    A bone may have several offsets: from its chain, from its limb, and from an error of its joint.
+    The largest one is returned.
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:

@@ -1,4 +1,4 @@
-"""The ground under a figure: its level, its grid, and shadows on it."""
+"""The ground under a figure: its height, its grid, and the shadows on it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Ground:
     centre, up
         The centre and the upward direction, (3,) each.
     radius, cell
-        The radius of the disc and the size of a cell, in the unit of the file.
+        The radius of the disc and the size of a cell of its grid, in the unit of the file.
     """
 
     centre: Array
@@ -33,14 +33,15 @@ class Ground:
 
     @property
     def level(self) -> float:
-        """The height of the ground along `up`."""
+        """The height of the ground, measured along `up` from the origin."""
         return float(self.centre @ self.up)
 
 
 def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
-    """Return the ground at the lowest joint of a clip. `positions` are (frames, joints, 3).
+    """Return the ground at the height of the lowest joint of a clip.
 
-    The disc covers the paths of all `roots`, with a margin.
+    The disc covers the paths of all `roots` (joint indices) with a margin. `positions` is
+    (frames, joints, 3), and `height` is the height of the figure.
     """
     root = positions[:, list(roots)].reshape(-1, 3)
     middle = (root.min(axis=0) + root.max(axis=0)) / 2.0
@@ -57,22 +58,22 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
 
 
 def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
-    """Return the points (n, 3), the lines (m, 2) and the strength of the grid.
+    """Return the points (n, 3), the lines (m, 2) and the strength (n,) of the grid.
 
-    The strength is 1 in the middle and 0 at the edge. The opaque lines fade to the background
-    colour, because blending would take another pass, a third of the frame time with software
-    rendering.
+    The strength is 1 in the middle and 0 at the edge. The lines are opaque, and their colour fades
+    to the background colour. Blending would need another pass, which takes a third of the frame
+    time with software rendering.
     """
     first = np.eye(3)[0]
     second = np.cross(ground.up, first)
     count = int(np.ceil(ground.radius / ground.cell))
-    # The grid is aligned with the world, so that a line goes through zero.
+    # The grid is aligned with the world axes, so that its lines go through the origin.
     frame = np.stack([first, second])
     origin = np.round(frame @ ground.centre / ground.cell) * ground.cell @ frame
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
     aside = (np.arange(1 - count, count) * ground.cell)[:, None]
-    # to the edge of the disc
+    # Each line ends at the edge of the disc.
     ahead = np.sqrt(radius**2 - aside**2) * np.linspace(-1.0, 1.0, _STOPS)
     points = [
         origin + aside[..., None] * across + ahead[..., None] * along
@@ -84,7 +85,7 @@ def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
 
 
 def shadow_points(points: Array, ground: Ground) -> Array:
-    """Return points (n, 3) projected straight down, slightly above the grid."""
+    """Return points (n, 3), projected straight down to slightly above the grid."""
     above = points @ ground.up - (ground.level + 2e-4 * ground.radius)
     shadow: Array = points - above[:, None] * ground.up
     return shadow

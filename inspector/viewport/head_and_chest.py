@@ -1,4 +1,4 @@
-"""Heads with a face, and rib cages, which show the direction that a person faces.
+"""Heads with a face, and rib cages, which show the direction in which a person faces.
 
 Joints are found by their position, not by name: the chest is the last joint above both arms, and
 the head is at the end of the line of joints that rises from the chest.
@@ -49,10 +49,10 @@ class Front:
     Attributes
     ----------
     body
-        The body.
+        The body to draw.
     bone
-        A bone that represents the body. It leads from the joint to the middle of the body, and its
-        normal points forward.
+        A bone that represents the body in calculations. It leads from the joint to the middle of
+        the body, and its normal points forward.
     face
         True for a head.
     """
@@ -69,7 +69,7 @@ def heads_and_chests(
     positions: Array,
     height: float,
 ) -> tuple[Front, ...]:
-    """Return the chest and, if it is found, the head of each person with two arms.
+    """Return the chest and, if there is one, the head of each person with two arms.
 
     `rotations` (frames, joints, 4) and `positions` (frames, joints, 3) are global. `height` is the
     height of the figure.
@@ -116,7 +116,11 @@ def _of_person(
 def _chest_and_head(
     skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
 ) -> tuple[int, int]:
-    """Return the chest, which is the lowest joint above both arms, and the head or −1."""
+    """Return the joints of the chest and the head. Without a head, its index is −1.
+
+    The chest is the lowest joint of the hierarchy that is above both arms. `arms` has the first
+    joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
+    """
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)
     upright = normalise(rise)
@@ -138,7 +142,10 @@ def _chest_and_head(
 
 
 def _axes(ahead: Array, rise: Array) -> Array:
-    """Return the mean axes of a joint: across, up and forward, as rows (3, 3)."""
+    """Return the mean axes across, up and forward as rows, (3, 3).
+
+    `ahead` and `rise` are vectors forward and up in each frame, (frames, 3).
+    """
     up = normalise(normalise(rise).mean(axis=0))
     forward = normalise(ahead).mean(axis=0)
     forward = normalise(forward - (forward @ up) * up)
@@ -146,7 +153,10 @@ def _axes(ahead: Array, rise: Array) -> Array:
 
 
 def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -> Front:
-    """Return an ellipsoid with the half axes `half` (3,), light in front and dark behind."""
+    """Return a head or chest as an ellipsoid that is light in front and dark behind.
+
+    `half` has the lengths of the half axes, (3,).
+    """
     corners = SPHERE[TRIANGLES]
     middle = normalise(corners.mean(axis=1))
     ahead = middle[:, 2] - (0.45 * np.maximum(middle[:, 1], 0.0) if face else 0.0)
@@ -160,7 +170,7 @@ def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -
 
 
 def _with_face(points: Array, part: Index, faces: Index) -> tuple[Array, Index, Index]:
-    """Return a unit sphere with a nose and two eyes in front."""
+    """Add a nose and two eyes to the front of a unit sphere."""
     nose = _NOSE[_NOSE_FACES].reshape(-1, 3)
     eyes = np.vstack([_EYE + _EYES_AT * (side, 1.0, 1.0) for side in (-1.0, 1.0)])
     diamond = np.array([[0, 1, 2], [0, 2, 3]])

@@ -35,13 +35,13 @@ def frame_legend(
     Parameters
     ----------
     chain
-        The selected chain, or None.
+        The selected chain or limb, or None.
     fault
-        An error at the frame that cannot be corrected, or None.
+        The selected interval if it is an error that cannot be corrected, or None.
     roles
         The roles of the bones in the image.
     tracked
-        True if the clip is tracked.
+        True if the corrected clip is also tracked.
     """
     degrees = 0.0
     if chain is not None:
@@ -76,7 +76,7 @@ def legend_text(
     chosen: bool = False,
     suggested: bool = False,
 ) -> str:
-    """Return the legend as rich text: the colours of before and after, and the chain's offset.
+    """Return the legend as rich text: the colours before and after correction, and the offset.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def legend_text(
     chain
         The name of the chain, or ''.
     degrees
-        The offset of the chain.
+        The offset of the chain in degrees.
     tracked
         True if there is a third figure or if the corrected figure is tracked.
     swivel
@@ -126,13 +126,16 @@ def legend_text(
 
 
 def trails_text(apart: float) -> str:
-    """Return rich text about the distance `apart` between the two trails, in figure heights."""
+    """Return rich text with the distance between the trails before and after correction.
+
+    `apart` is this distance in figure heights.
+    """
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
 
 
 def _fault_words(interval: Interval) -> str:
-    """Return the legend of an interval that cannot be corrected."""
+    """Return the text of the legend for an interval that cannot be corrected."""
     degrees = float(np.degrees(interval.size))
     fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind

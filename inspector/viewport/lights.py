@@ -1,4 +1,4 @@
-"""An empty 3D widget, with the lights and the background colour of all images."""
+"""Create an empty 3D widget, and set the lights and the background colour of 3D images."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def light(renderer: vtkRenderer) -> None:
     """Add a light above and to the left of the camera.
 
-    With software rendering, each additional light adds a sixth to the time for an image.
+    With software rendering, each additional light adds a sixth to the time for rendering.
     """
     lamp = vtkLight()
     lamp.SetLightTypeToCameraLight()

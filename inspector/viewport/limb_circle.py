@@ -1,9 +1,9 @@
 """The circle on which a limb's middle joint moves, about the line from its first joint to its end.
 
-A flip moves the knee or elbow along this circle, and the other joints of the limb do not move. A
-twist bone, which is often invisible, has a circle about its parent's bone, with a mark that shows
-its roll. A rolled bone has a circle about its middle, with a fan from its captured front to its
-corrected front.
+A limb flip moves the knee or elbow along this circle, and the limb's first joint and end do not
+move. A twist bone, which is often invisible, has a circle about its parent's bone, with a mark that
+shows its roll. A rolled bone has a circle about its middle, with a fan from its captured front to
+its corrected front.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_a
 
 # Radius of a bone's circle in bone lengths, and limits of the radius in figure heights
 _FAN = 0.5, (0.08, 0.13)
-LEAST_RADIUS = 0.07  # radius of a limb's fan, in figure heights: outside of its skin
+LEAST_RADIUS = 0.07  # minimum radius of a limb's fan, in figure heights, outside its skin
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 # Position of the circle on the bone; closer to an end, a joint would hide the circle
 _DIAL_AT = 0.25, 0.75
@@ -69,19 +69,20 @@ class Circle:
     aside: Array
 
     def widened(self, radius: float) -> Circle:
-        """Return the circle, with a radius of at least `radius`."""
+        """Return the circle, enlarged if necessary to a radius of at least `radius`."""
         own = float(np.linalg.norm(self.aside))
         return self if own >= radius else replace(self, aside=self.aside * (radius / own))
 
     def at(self, angles: Array) -> Array:
-        """Return the positions of the joint after rotations by angles (n,) in radians, (n, 3)."""
+        """Return the positions of the joint, (n, 3), after rotations by angles (n,) in radians."""
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
 def circle_of(limb: Limb, positions: Array) -> Circle | None:
-    """Return a limb's circle for positions (joints, 3), or None if it is straight or folded.
+    """Return a limb's circle for positions (joints, 3), or None if the limb is straight or folded.
 
-    The middle joint of a straight limb has no angle about the line, and a folded limb has no line.
+    The middle joint of a straight limb has no angle about the line. The line of a folded limb has
+    no direction, because its ends coincide.
     """
     first, middle, end = positions[[limb.parent, limb.child, limb.end]]
     length = float(np.linalg.norm(middle - first) + np.linalg.norm(end - middle))
@@ -98,10 +99,10 @@ def circle_of(limb: Limb, positions: Array) -> Circle | None:
 def helper_circle(
     helper: Helper, skeleton: Skeleton, pose: tuple[Array, Array], height: float
 ) -> Circle | None:
-    """Return the circle of a twist bone in a pose, or None if its bone has no length.
+    """Return the circle of a twist bone in a pose, or None if the bone is too short.
 
-    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the height of
-    the figure. The vector `aside` of the circle turns with the twist bone.
+    `pose` has the global rotations (joints, 4) and positions (joints, 3), and `height` is the
+    height of the figure. The vector `aside` of the circle rotates with the twist bone.
     """
     rotations, positions = pose
     upper = int(skeleton.parents[helper.parent])
@@ -123,7 +124,7 @@ def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
     """Return the circle about the middle of a bone with the given ends, (2, 3), or None.
 
     `front` is the direction of the bone's front, (3,), and `height` is the height of the figure.
-    The result is None if the bone has no length, or if its front points along the bone.
+    The result is None if the bone is too short or if its front points along the bone.
     """
     first, end = ends
     length = float(np.linalg.norm(end - first))
@@ -162,7 +163,7 @@ class LimbCircle:
         edges = _ARC + 3 + np.arange(4).reshape(2, 2)  # edges of the fan
         self.way = Piece(_ARC + 7, lines=np.vstack([way, tip, edges])).unlit(width=4.0)
         self.before = Piece(len(_HOOPS), lines=_WIRES, channels=0).unlit(width=2.0)
-        # Makes the mark look hollow
+        # This makes the mark look hollow.
         self.core = Piece(len(SPHERE), faces=TRIANGLES, channels=0).unlit()
         self.after = Piece(len(SPHERE), faces=TRIANGLES, channels=0).lit()
         self.pieces = (
@@ -179,7 +180,7 @@ class LimbCircle:
             piece.remove()
 
     def colour(self, theme: Theme) -> None:
-        """Use the colours of a theme."""
+        """Apply the theme's colours."""
         for piece in (self.line, self.circle):
             piece.tint(rgb(theme.soft))
         for piece in (self.swept, self.before):
@@ -216,7 +217,7 @@ class LimbCircle:
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None
         self.line.show(circle is not None and line)
-        self.circle.show(circle is not None and line)  # of a bone, only the fan matters
+        self.circle.show(circle is not None and line)  # for a bone, only the fan matters
         for piece in (self.swept, self.way):
             piece.show(both)
         self.before.show(turned and before)
@@ -248,7 +249,10 @@ class LimbCircle:
             self.way.move(np.vstack([self._arrow(circle, -offset), edges]))
 
     def _arrow(self, circle: Circle, turn: float) -> Array:
-        """Return the points of the arrow that leads along the circle to the corrected mark."""
+        """Return the points of the arrow along the circle to the corrected mark, (n, 3).
+
+        `turn` is the angle from the captured to the corrected mark in radians.
+        """
         radius = float(np.linalg.norm(circle.aside))
         stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
         size = min(2.0 * self._mark, 0.3 * radius * abs(stop))

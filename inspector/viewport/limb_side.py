@@ -37,7 +37,7 @@ _AIR = 0.035  # margin around the limb, in figure heights
 
 @dataclass(frozen=True, eq=False)
 class LimbSide:
-    """A view of a limb.
+    """The best view of a limb.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class LimbSide:
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
-    """Return the positions of the joints of a chain or limb, (2 or 3, 3).
+    """Return the positions of the joints of a chain or limb, (n, 3) with n = 2 or 3.
 
     `positions` has the positions of all joints, (joints, 3).
     """
@@ -96,9 +96,9 @@ def limb_side(
     above: int = -1,
     body: Sequence[int] = (),
 ) -> LimbSide | None:
-    """Return the best view of the error of a chain or limb, or None if its bone is not drawn.
+    """Return the best view of the error of a chain or limb, or None if the bone is not drawn.
 
-    For a limb or twist bone, the circle looks open in this view.
+    The view of a limb or twist bone shows its circle at an angle, so the circle looks open.
 
     Parameters
     ----------
@@ -115,9 +115,9 @@ def limb_side(
     height
         The height of the figure.
     above
-        The index of another joint to show, or −1.
+        The index of the joint above the chain, if it is also shown, or −1.
     body
-        The joints of the person; by default, all joints.
+        The joints of the person to whom the limb belongs; by default, all joints.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
@@ -170,7 +170,7 @@ def limb_side(
 
 
 def _fan(circle: Circle, after: Array) -> Array:
-    """Return points on the fan between the captured and the corrected direction, (n, 3).
+    """Return points on the fan, the sector from the captured to the corrected direction, (n, 3).
 
     `after` is the corrected direction, (3,). The captured direction is `circle.aside`.
     """
@@ -183,7 +183,7 @@ def _fan(circle: Circle, after: Array) -> Array:
 def _first_moved(
     chain: Chain, skeleton: Skeleton, before: Array, after: Array, height: float
 ) -> tuple[Array, Array]:
-    """Return the first joints that the correction moves, searching down from the parent of a chain.
+    """Find the first joints, from the parent of a chain down, that the correction moves.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def _first_moved(
 def main_bone(chain: Chain, bones: Sequence[BoneSegment]) -> BoneSegment | None:
     """Return the bone of a chain from its parent P to its child C.
 
-    If this bone is not drawn, another bone of P is returned, or None if P has no other bone.
+    If this bone is not drawn, the result is a different bone that begins at P, or None.
     """
     own = [b for b in bones if b.parent == chain.parent]
     return min(own, key=lambda b: b.child != chain.child, default=None)
@@ -232,8 +232,8 @@ def _hidden_share(
 ) -> Array:
     """Return the share of a limb and its fan that is hidden from each direction, (directions,).
 
-    The result is the largest of several shares: of the limb or of the fan only, before and after
-    correction, and hidden by other bones or by the limb itself.
+    The result is the largest of several shares, computed before and after correction: the share of
+    the limb and the fan that other bones hide, and the share of the fan that the limb itself hides.
 
     Parameters
     ----------
@@ -269,7 +269,7 @@ def _hidden_share(
             [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
         )
         marks = fan
-        if bone is not None:  # the bone below may also hide this bone and its fins
+        if bone is not None:  # the next bone may also hide this bone and its fins
             turns = np.stack([before[0][chain.parent], after[0][chain.parent]])
             fins = points[: len(places)] + _FIN * height * rotate(turns, bone.normal)[:, None]
             marks = np.vstack([points[: len(places) - 1], fins.reshape(-1, 3), fan])

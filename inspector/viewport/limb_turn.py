@@ -28,14 +28,14 @@ LEAST_ANGLE = 0.5  # degrees; the rotation of a bone by less is not shown
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The circle of a limb or bone before correction, and the effect of the correction on its mark.
+    """A correction as a rotation about a limb or bone, drawn as a mark that moves on a circle.
 
     Attributes
     ----------
     circle
         The circle before correction.
     drawn
-        The offset to draw, in radians.
+        The angle to draw, which is the offset in radians.
     after
         The position of the mark after correction, (3,).
     line
@@ -49,12 +49,15 @@ class Turn:
 
     @property
     def spoke(self) -> Array:
-        """The line from the centre to the middle of the fan's edge, (2, 3)."""
+        """The line from the centre of the circle to the middle of the fan's edge, (2, 3)."""
         return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
 
     @property
     def fan(self) -> Array:
-        """Points spread over the fan, (n, 3)."""
+        """Points that are spread over the fan, (n, 3).
+
+        The fan is the sector of the circle from the captured to the corrected mark.
+        """
         rim = self.circle.at(np.linspace(0.0, -self.drawn, _RIM))
         centre = self.circle.centre
         return np.vstack([centre + share * (rim - centre) for share in _SHARES])
@@ -69,10 +72,10 @@ def turn_of(
     skeleton: Skeleton,
     height: float,
 ) -> Turn | None:
-    """Return the rotation of a chain or limb at a frame, or None if it has no circle.
+    """Return the rotation that corrects a chain or limb in a frame, or None if it has no circle.
 
-    A chain has a circle only if its bone is rotated; the fan leads from the captured front of the
-    bone to its corrected front.
+    A chain has a circle only if the correction rotates its bone. Its fan leads from the captured
+    front of the bone to its corrected front.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""A mesh with its actor, whose points and colours are updated in place in every frame.
+"""A mesh with its VTK actor. Its points and colours are updated in place in every frame.
 
-For speed, arrays are looked up once, plain VTK mappers draw them, and VTK is only notified of
-changes.
+For speed, numpy views of the VTK arrays are created once, and plain VTK mappers draw the arrays.
+VTK is only notified of changes.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ Index = NDArray[np.int64]
 
 
 class Piece:
-    """Vertices with constant faces, (n, 3) or (n, 4), or constant lines, (n, 2).
+    """A mesh of moving vertices, with constant faces, (n, 3) or (n, 4), or constant lines, (n, 2).
 
-    `channels` is the number of channels of the vertex colours, 3 or 4, or 0 for a single colour
-    that is set by `tint`.
+    `channels` is the number of channels of the vertex colours, 3 or 4. If it is 0, the whole mesh
+    has a single colour, which `tint` sets.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Piece:
         self._renderers: list[vtkRenderer] = []
 
     def unlit(self, *, width: float = 1.0, back_faces: bool = True) -> Piece:
-        """Draw without lighting, and return the piece. `width` is the width of lines in pixels."""
+        """Turn off lighting, and return the mesh. `width` is the width of its lines in pixels."""
         prop = self.actor.GetProperty()
         prop.LightingOff()
         prop.SetLineWidth(width)
@@ -73,7 +73,7 @@ class Piece:
         return self
 
     def lit(self) -> Piece:
-        """Draw with slight lighting and gloss, to make faces distinguishable. Return the piece."""
+        """Use slight lighting and gloss, so that faces are distinguishable, and return the mesh."""
         prop = self.actor.GetProperty()
         prop.SetAmbient(0.70)
         prop.SetDiffuse(0.50)
@@ -82,16 +82,19 @@ class Piece:
         return self
 
     def blended(self) -> Piece:
-        """Draw after all opaque pieces, even if the colours are opaque now. Return the piece."""
+        """Draw the mesh after all opaque meshes, even if it is opaque now, and return the mesh."""
         self.actor.ForceTranslucentOn()
         return self
 
     def tint(self, colour: ArrayLike) -> None:
-        """Set the colour, (3,) in 0…255, of a piece without vertex colours."""
+        """Set the colour of a mesh without vertex colours, (3,) in 0…255."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
     def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Set the vertices, (vertices, 3), and the normals of a piece with normals."""
+        """Set the positions and, if the mesh has normals, the normals of the vertices.
+
+        Both arrays are (vertices, 3).
+        """
         self.points[:] = points
         self._data.Modified()
         if self._normals is not None and normals is not None:
@@ -100,7 +103,7 @@ class Piece:
         self._mesh.Modified()
 
     def paint(self, colours: ArrayLike) -> None:
-        """Set the colours of the vertices, (vertices, channels)."""
+        """Set the colours of the vertices, (vertices, channels) in 0…255."""
         self.colours[:] = colours
         if self._scalars is not None:
             self._scalars.Modified()
@@ -117,7 +120,7 @@ class Piece:
         return bool(self.actor.GetVisibility())
 
     def add_to(self, renderer: vtkRenderer) -> Piece:
-        """Add the mesh to a renderer, and return the piece."""
+        """Add the mesh to a renderer, and return the mesh."""
         renderer.AddActor(self.actor)
         self._renderers.append(renderer)
         return self
@@ -130,9 +133,10 @@ class Piece:
 
 
 def add_warm_up_meshes(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
-    """Add a small mesh of each kind, invisible in the background colour `paper`, (3,).
+    """Add and return a small mesh of each kind, invisible in the background colour `paper`, (3,).
 
-    When these are drawn before the first clip, the driver compiles its shaders early.
+    If these meshes are drawn before the first clip is opened, the OpenGL driver has already
+    compiled the shaders for the clip.
     """
     triangle, line = [[0, 1, 2]], [[0, 1]]
     made = [
@@ -151,7 +155,7 @@ def add_warm_up_meshes(renderer: vtkRenderer, paper: NDArray[np.float64]) -> lis
 
 
 def segments(lines: Index) -> Index:
-    """Return the segments (n, 2) of lines. A line is a row of point indices."""
+    """Split polylines into line segments, (n, 2). Each row of point indices is a polyline."""
     return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
 
 

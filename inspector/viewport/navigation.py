@@ -16,7 +16,7 @@ _STEP = 1.15  # zoom factor per notch of the wheel
 
 
 class Navigation(QObject):
-    """Handles the mouse events of a widget: drags, the wheel, clicks and movements."""
+    """An event filter that moves the camera and reports clicks and movements of the mouse."""
 
     steered = Signal(object)  # with a function that takes and returns an OrbitCamera
     clicked = Signal(QPointF)
@@ -30,7 +30,7 @@ class Navigation(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle events for the camera. VTK gets no input."""
+        """Handle mouse and wheel events, and withhold all input events from VTK."""
         kind = event.type()
         if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             event.ignore()  # passes the key to the window

@@ -24,7 +24,7 @@ _LITTLE = 0.02  # share of the points that a single bone may hide without being 
 
 @dataclass(frozen=True, eq=False)
 class Occluders:
-    """Bones as rods, which hide the points behind them.
+    """Bones as rods that hide the points behind them.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Occluders:
     radius: Array
 
     def hidden_share(self, points: Array, directions: Array) -> Array:
-        """Return the share of points that are hidden from each direction, (directions,).
+        """Return the share of the points that are hidden from each direction, (directions,).
 
         Parameters
         ----------
@@ -63,8 +63,8 @@ class Occluders:
         directions
             Unit vectors towards the viewer, (directions, 3).
         behind
-            The distance behind the axis of each rod from which points are hidden, (rods,). A
-            negative value also hides points in front of the axis.
+            The minimum distance of hidden points behind the axis of each rod, (rods,). With a
+            negative value, points slightly in front of the axis are hidden as well.
 
         Returns
         -------
@@ -100,14 +100,14 @@ def occluders(
     own: Sequence[tuple[int, int]],
     height: float,
 ) -> Occluders:
-    """Return the bones that may hide a limb: all bones except the bones of the limb.
+    """Return the bones that may hide a limb, which are all bones except the limb's bones.
 
     Parameters
     ----------
     bones
         All bones of the figure.
     ends
-        The tips of all bones in world space, (bones, 3).
+        The end of each bone in world space, (bones, 3).
     positions
         The positions of the joints, (joints, 3).
     own
@@ -131,7 +131,7 @@ def covering(
     points: Array,
     direction: Array,
 ) -> NDArray[np.bool_] | None:
-    """Return a mask of the bones that hide points, (bones,), or None if they hide few points.
+    """Return a mask of the bones that hide the points, (bones,), or None if few are hidden.
 
     Parameters
     ----------

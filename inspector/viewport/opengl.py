@@ -1,4 +1,4 @@
-"""Detect the kind of OpenGL: none, software or hardware."""
+"""Detect whether OpenGL is available, and whether it renders in software or hardware."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi g
 
 @functools.cache
 def renderer_name() -> str:
-    """Return the name of the OpenGL driver, or '' without desktop OpenGL 3.2. Cached."""
+    """Return the name of the OpenGL renderer, or '' if desktop OpenGL 3.2 is not available.
+
+    The result is cached.
+    """
     platform = QGuiApplication.platformName()
     if platform in _PICTURELESS or platform.startswith(_WAYLAND):
         return ""
@@ -54,13 +57,19 @@ def is_software() -> bool:
 
 
 def multisamples() -> int:
-    """Return the samples per pixel: 0 in software, 8 on a strong graphics card, 4 on others."""
+    """Return the number of samples per pixel for antialiasing.
+
+    It is 0 in software, 8 on a strong graphics card, and 4 on other cards.
+    """
     if is_software():
         return 0
     return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
 
 
 def complaint() -> str:
-    """Return the reason why there is no 3D view. Call this if `renderer_name` is empty."""
+    """Return a message for the user with the reason why there is no 3D view.
+
+    Call this function only if `renderer_name` returns ''.
+    """
     on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
     return _NO_XWAYLAND if on_wayland else _NO_OPENGL

@@ -1,4 +1,4 @@
-"""Widgets over the 3D view: legend, notice, labels, colour scale, small drawings and divider."""
+"""The widgets over the 3D view: legend, notice, labels, colour scale, small drawings, divider."""
 
 from __future__ import annotations
 
@@ -84,13 +84,12 @@ class Overlays:
             )
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
-        """Place all overlays.
+        """Place all overlays, and show or hide them.
 
         Parameters
         ----------
         drawing
-            True if a figure is drawn. If not, the legend, the colour scale, the divider, the
-            letters of the sides, the angle and both small drawings are hidden.
+            True if a figure is drawn. Without a figure, only the notice is visible.
         by_offset
             True to show the colour scale of |offset|.
         split
@@ -128,7 +127,7 @@ class Overlays:
         thick
             The radius of the bone in pixels.
         crowding
-            The crowded parts of the image, to which the label is added.
+            The crowded parts of the image. The label is added to them.
         """
         if not text:
             self.angle.hide()
@@ -152,10 +151,10 @@ class Overlays:
         Parameters
         ----------
         places
-            The pixel at or near which to show each letter, (2,), keyed by side. A letter without a
-            place, or with a place outside the image, is hidden.
+            The pixel at or near which to show each letter, (2,), keyed by side. A letter is hidden
+            if it has no pixel or if the pixel is outside the image.
         crowding
-            The crowded parts of the image, to which the letters are added.
+            The crowded parts of the image. The letters are added to them.
         wrong
             True to show the letters in the colour of an error.
         """
@@ -175,7 +174,7 @@ class Overlays:
     def _clear_place(
         self, first: Array, size: QSize, crowding: Crowding, *, around: Array
     ) -> QRect:
-        """Return the rectangle in which a label covers little and is near its place.
+        """Return a rectangle for a label, near its preferred place, in which it covers little.
 
         Parameters
         ----------
@@ -186,7 +185,7 @@ class Overlays:
         crowding
             The crowded parts of the image.
         around
-            The place around which other centres are tried, in pixels, (2,).
+            The pixel around which alternative centres are tried, (2,).
         """
         room, extent = self._room(), np.array(size.toTuple())
         least = np.array(room.topLeft().toTuple()) + extent / 2.0
@@ -211,7 +210,7 @@ class Overlays:
         size
             The size of the drawing.
         crowding
-            The crowded parts of the image, to which the widget is added.
+            The crowded parts of the image. The widget is added to them.
         """
         corner = None if drawn is None else self._emptiest_corner(size, crowding)
         if drawn is None or corner is None:
@@ -223,7 +222,7 @@ class Overlays:
     def show_clock(self, hands: Hands | None, size: QSize, crowding: Crowding) -> bool:
         """Show the clock in the emptiest corner of the left image, and return True if it is shown.
 
-        While the user drags the hand, the clock keeps its place.
+        While the user drags the hand, the clock does not move.
 
         Parameters
         ----------
@@ -232,7 +231,7 @@ class Overlays:
         size
             The size of the clock.
         crowding
-            The crowded parts of the image, to which the clock is added.
+            The crowded parts of the image. The clock is added to them.
         """
         corner = None if hands is None else self._emptiest_corner(size, crowding)
         if self.clock.held:
@@ -246,7 +245,7 @@ class Overlays:
         return True
 
     def _emptiest_corner(self, size: QSize, crowding: Crowding) -> QRect | None:
-        """Return the rectangle of a widget in the emptiest corner, or None if it does not fit."""
+        """Return the rectangle for a widget in the emptiest corner, or None if it does not fit."""
         room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         if room.width() < size.width() or room.height() < size.height():
             return None
@@ -265,7 +264,7 @@ class Overlays:
 
     @property
     def top(self) -> int:
-        """The height of the legend in pixels, at least one line."""
+        """The height of the legend in pixels, but at least the height of one line of text."""
         line = _MARGIN + self.legend.fontMetrics().height()
         return max(self.legend.geometry().bottom() + 1, line)
 
@@ -329,7 +328,7 @@ class OffsetScale(QWidget):
 def _half_extent(size: QSize, way: Array) -> float:
     """Return the approximate distance from the centre of a box to its border, in pixels.
 
-    `way` is the direction of the distance, a unit vector (2,).
+    `way` is the direction in which the distance is measured, a unit vector (2,).
     """
     return float(np.abs(way) @ size.toTuple()) / 2.0
 

@@ -1,4 +1,4 @@
-"""The VTK scene of a clip: the figures and the ground, in one image or two images."""
+"""The VTK scene of a clip: the figures and the ground, shown in one image or two."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ class Scene:
     bones
         The bones of the figures.
     fronts
-        The heads and chests.
+        The heads and chests of all people.
     rods
-        All bones, heads and chests as lines.
+        All bones, heads and chests as line segments.
     ground
         The ground below the figures.
     trails
@@ -117,14 +117,17 @@ class Scene:
             self._restore()
 
     def take_chains(self, data: Analysed) -> None:
-        """Rebuild the figures after a change of the chains. `data` has the new chains."""
+        """Rebuild the figures after the user has changed the chains. `data` has the new chains."""
         self.data = data
         self._undress()
         self._dress(self.style)
         self._restore()
 
     def set_split(self, on: bool) -> None:
-        """Show the figure before and after correction in two images with one camera, or in one."""
+        """Set whether the figure before and after correction is shown in two images or in one.
+
+        Two images have the same camera.
+        """
         if on == self.split:
             return
         trailing = self.trails is not None
@@ -148,7 +151,7 @@ class Scene:
         self.set_trails(trailing)
 
     def set_trails(self, on: bool) -> None:
-        """Show or hide the trails of hands and feet."""
+        """Show or hide the trails of the hands and feet."""
         if self.trails is not None:
             self.trails.remove()
             self.trails = None
@@ -179,7 +182,7 @@ class Scene:
             self._other.draw(after, like=self._solid)
 
     def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """Draw the third, dashed figure.
+        """Draw the third figure with dashes.
 
         Parameters
         ----------
@@ -200,7 +203,7 @@ class Scene:
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, joints: Sequence[int]) -> None:
-        """Draw the axes of two joints, given by their indices; without joints, hide the axes."""
+        """Draw the coordinate axes of two joints. If `joints` (indices) is empty, hide the axes."""
         self._triads.show(bool(joints))
         if not joints:
             return
@@ -221,7 +224,7 @@ class Scene:
     ) -> None:
         """Draw the circle of the selected limb or bone in the left or only image.
 
-        The parameters are the same as in :meth:`LimbCircle.draw`. A `circle` of None hides it.
+        The parameters are the same as in :meth:`LimbCircle.draw`. None hides the circle.
         """
         if circle is not None and self._circle is None:
             # The right image of two has no circle, since it shows only the corrected figure.
@@ -233,7 +236,7 @@ class Scene:
     def draw_corrected(
         self, chain: Chain | None, before: Pose, after: Pose, camera: OrbitCamera
     ) -> None:
-        """If there are two images, preview the correction of a chain in the left image.
+        """Draw a preview of the correction of a chain in the left image, if there are two images.
 
         Parameters
         ----------
@@ -249,14 +252,14 @@ class Scene:
             self._corrected.draw(chain, start, stop, camera.position)
 
     def ends(self, pose: Pose) -> Array:
-        """Return the ends of all bodies in a pose, (bodies, 2, 3)."""
+        """Return both ends of each body in a pose in world space, (bodies, 2, 3)."""
         if self._ends is None or self._ends[0] is not pose:
             self._ends = pose, self.rods.ends(pose.rotations, pose.positions)
         return self._ends[1]
 
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:
-        """All bones, followed by heads and chests in the form of bones."""
+        """All bones, followed by one bone for each head and chest."""
         return (*self.bones, *(front.bone for front in self.fronts))
 
     @property
@@ -266,7 +269,7 @@ class Scene:
 
     @property
     def roots(self) -> list[int]:
-        """The index of the first joint of each person."""
+        """The index of the root joint of each person."""
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:
@@ -283,8 +286,8 @@ class Scene:
         return heading(positions, own, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
-        """Set the VTK camera of all images to a camera."""
-        # Everything is on the disc of the ground or near the figure, so this distance is enough.
+        """Set the VTK camera of all images to the given camera."""
+        # All objects are on the disc of the ground or near the figure, so this distance is enough.
         # Computing the bounds of all actors with VTK would take longer than computing the frame.
         reach = float(np.linalg.norm(camera.position - self.ground.centre))
         reach += self.ground.radius + 2.0 * self.height
@@ -334,7 +337,7 @@ class Scene:
         return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:
-        """Apply the theme's colours to everything in the scene."""
+        """Apply the theme's colours to all objects and the background."""
         back = background(self._theme)
         for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))

@@ -1,4 +1,4 @@
-"""Signs in the left image: the angle or the clock, letters of the sides, and the whole figure."""
+"""Place the signs in the left image: angle or clock, letters for the sides, and whole figure."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _HEAVY = 4
 # Number of pixels along and across a bone that are added to Crowding: for a plain bone, and for a
 # coloured bone
 _FEW, _MANY = (12, 3), (24, 9)
-_BEHIND = 0.06  # in figure heights; a bone hides a point only if the point is so far behind it
+_BEHIND = 0.06  # in figure heights; a bone hides only points that are at least this far behind it
 _THIN = 0.02  # minimum of half the width of a bone, in figure heights
 _ALONG = np.linspace(0.0, 1.0, 12)[:, None]  # positions along a bone
 _TOO_LARGE = 0.02  # share of the image by which a figure may extend beyond its border
@@ -47,7 +47,7 @@ def show_signs(
     overlays
         The widgets that show the signs.
     drawing
-        The drawing of the frame, which has the pose and the angle.
+        The drawing of the frame, which provides the pose and the angle.
     scene
         The scene of the open clip.
     camera
@@ -78,7 +78,7 @@ def show_signs(
         overlays.show_sides({}, crowding)
         return
     sides = dict(drawing.sides())
-    if sign is not None:  # the letter of the other side could be mistaken for the side of the error
+    if sign is not None:  # the opposite letter could be mistaken for the side of the error
         sides = dict([*sides.items()][-1:])
     _show_whole(overlays, drawing, scene, pose, camera, size, crowding, sides)
     spoke = np.zeros((0, 2)) if turn is None else camera.project(turn.spoke, *size)[0]
@@ -92,7 +92,7 @@ def _add_body(
 ) -> None:
     """Add the bones, heads and chests of a pose to the crowded parts of an image.
 
-    Coloured bones are added with more pixels, so that labels rather cover other bones.
+    Coloured bones are added with more pixels, so that labels preferably cover plain bones.
     """
     ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)
@@ -131,7 +131,7 @@ def _rod_pixels(
 def _is_hidden(
     point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> bool:
-    """Return True if a bone hides a point, (3,), or nearly hides it."""
+    """Return True if a bone hides or nearly hides a point, (3,), in the image."""
     ends = scene.ends(pose)
     points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
@@ -152,14 +152,14 @@ def _letters(
 ) -> dict[str, Array]:
     """Return the pixel at which to show the letter of each side, (2,), keyed by side.
 
-    Each letter is next to its limb, on the side away from the other limb. The letter of the
-    selected limb is also away from the fan, and is the last entry. The other limb has no letter if
-    its joint is hidden.
+    The letters of the selected limb and its counterpart on the opposite side are placed next to
+    them, as far from each other as possible. The letter of the selected limb is the last entry and
+    is also placed away from the fan. The counterpart has no letter if its joint is hidden.
 
     Parameters
     ----------
     drawing
-        The drawing of the frame, which determines the joint of each side.
+        The drawing of the frame, which provides the joint of each side.
     scene
         The scene of the open clip.
     pose
@@ -205,7 +205,7 @@ def _show_whole(
     overlays
         The widgets that show the signs.
     drawing
-        The drawing of the frame, which determines the person to draw.
+        The drawing of the frame, which provides the person to draw.
     scene
         The scene of the open clip.
     pose
@@ -217,7 +217,7 @@ def _show_whole(
     crowding
         The crowded parts of the image.
     sides
-        The joint next to the letter of each side, keyed by side.
+        The joint that gets the letter of each side, keyed by side.
     """
     count = len(scene.bones)
     own = np.isin(scene.rods.parent[:count], drawing.own_joints(scene))

@@ -1,4 +1,4 @@
-"""The solid figure with its shadow, and the ghost: a translucent figure in another pose."""
+"""The solid figure with its shadow, and the ghost: a translucent figure in a different pose."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Style(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """The poses of the solid figure and the ghost in a frame, and the data for their colours.
+    """The poses of the solid figure and the ghost in a frame, with the data for their colours.
 
     Attributes
     ----------
@@ -59,14 +59,14 @@ class Pose:
         The role of each bone, from bone_colours.Role, (bones,).
     ghost
         The global rotations of the ghost, (joints, 4), and a mask of the bones for which the ghost
-        is drawn, (bones,), or None.
+        is drawn, (bones,). None hides the ghost.
     offsets
-        The |offset| of each bone in radians, (bones,), which determines its colour, or None if
+        The |offset| of each bone in radians, (bones,), if it determines the colours. None if the
         roles determine the colours.
     ghost_positions
-        The positions of the ghost, (joints, 3), or None if they are `positions`.
+        The positions of the ghost, (joints, 3). None if the ghost has the same `positions`.
     faint
-        A mask of the bones, heads and chests to draw as translucent, (bodies,), or None.
+        A mask of the bones, heads and chests that are translucent, (bodies,), or None.
     """
 
     rotations: Array
@@ -78,7 +78,7 @@ class Pose:
     faint: NDArray[np.bool_] | None = None
 
     def is_at(self, other: Pose) -> bool:
-        """Return True if both poses have the same rotations and positions, in any colours."""
+        """Return True if both poses have equal rotations and positions. Colours are ignored."""
         pairs = (self.rotations, other.rotations), (self.positions, other.positions)
         return all(one is two or np.array_equal(one, two) for one, two in pairs)
 
@@ -91,11 +91,11 @@ class Shapes:
     style
         The style of the bodies.
     skin
-        The skin of the limbs, without vertices if the style is wedges.
+        The skin of the limbs. It has no vertices if the style is wedges.
     bodies
-        The bodies of the solid figure that are not covered by the skin.
+        The bodies of the solid figure that the skin does not cover.
     around
-        The same bodies for the ghost, slightly thicker and without spheres at joints.
+        The wedges of the ghost, slightly thicker and without spheres at joints.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Shapes:
         fine: bool | None = None,
         attached: Sequence[Attached] = (),
     ) -> None:
-        """Build the shapes.
+        """Build the shapes for all poses of a clip.
 
         Parameters
         ----------
@@ -121,7 +121,7 @@ class Shapes:
         height
             The height of the figure.
         fine
-            True for a rounder skin; by default, True if OpenGL uses a graphics processor.
+            True for a rounder skin. By default, this is True if OpenGL uses a graphics processor.
         attached
             Additional bodies, such as heads and chests.
         """
@@ -131,7 +131,7 @@ class Shapes:
         self.skin: Skin = build_skin(bones, worn, height, fine=fine)
         self.bodies: Soup = build_soup(bones, without=self.skin.covered, attached=attached)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
-        # Index of the body of each vertex of an attached body; these vertices are the last ones
+        # Index of the attached body of each of its vertices, which are the last vertices
         self._attached = np.repeat(np.arange(len(attached)), [len(a.vertices) for a in attached])
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
         self._ends = [(b.parent, b.child) for b in bones]
@@ -142,7 +142,7 @@ class Shapes:
             self._other[number] = bones[number].child
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return a mask of the bones whose shape differs between two poses, (bones,).
+        """Return a mask of the bones that look different in two poses, (bones,).
 
         `before` and `after` are the global rotations of the joints, (joints, 4).
         """
@@ -151,23 +151,23 @@ class Shapes:
         return found
 
     def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return a mask of the bones whose parent is rotated between two poses, (bones,).
+        """Return a mask of the bones that are rotated between two poses, (bones,).
 
-        A bone whose skin is only twisted by the joint at its end is not included. `before` and
+        The mask does not include a bone if only the joint at its end twists its skin. `before` and
         `after` are the global rotations of the joints, (joints, 4).
         """
         found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask of the vertices of chosen bodies and of the spheres at their ends.
+        """Return a mask of the vertices of the given bodies and of the spheres at their ends.
 
         Parameters
         ----------
         shape
             The bodies or the skin.
         chosen
-            A mask of the bones, heads and chests, (bodies,).
+            A mask of these bodies among the bones, heads and chests, (bodies,).
 
         Returns
         -------
@@ -190,7 +190,7 @@ class _Figure:
     Attributes
     ----------
     parts
-        For each shape: the shape, the mesh of its faces, and the mesh of its shadow or outline.
+        Each shape with the mesh of its faces and the mesh of its shadow or outline.
     pieces
         All meshes.
     """
@@ -214,8 +214,8 @@ class Solid(_Figure):
 
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
-        # Shadows of spheres and stripes are left out: they would be inside the other shadows, and
-        # this leaves a quarter of the polygons.
+        # Shadows of spheres and stripes are left out, because they would be inside the other
+        # shadows. This reduces the number of polygons to a quarter.
         large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
         shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -229,13 +229,13 @@ class Solid(_Figure):
         ]
         super().__init__(parts, renderer)
         self._shapes, self._ground, self._renderer = shapes, ground, renderer
-        # Roles, offsets and translucent bodies for which the vertices were last coloured
+        # Roles, offsets and translucent bodies when the vertices were last coloured
         self._painted: tuple[bytes, ...] | None = None
         # The last drawn pose and, for each shape, its vertices, normals and shadow
         self._pose: Pose | None = None
         self._places: list[tuple[Array, Array | None, Array]] = []
         self._faint: list[Piece] = []  # for each shape, the mesh of its translucent bodies
-        self._apart: list[NDArray[np.bool_]] = []  # masks of their vertices
+        self._apart: list[NDArray[np.bool_]] = []  # masks of the vertices of these bodies
 
     def colour(self, theme: Theme) -> None:
         """Set the theme. The next call of `draw` applies its colours to the bodies."""
@@ -248,8 +248,8 @@ class Solid(_Figure):
     def draw(self, pose: Pose, like: Solid | None = None) -> None:
         """Draw a pose.
 
-        `like` is another solid figure of the same shapes. If it shows the same pose, its vertices
-        are used again.
+        `like` is a solid figure of the same shapes in a different image. If it shows the same pose,
+        its vertices are reused.
         """
         if like is not None and like._pose is not None and pose.is_at(like._pose):
             self._places = like._places
@@ -296,7 +296,8 @@ class Solid(_Figure):
     def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
         """Create separate meshes for the translucent bodies.
 
-        `faint` is a mask of the bones, heads and chests, (bodies,), or None if none is translucent.
+        `faint` is a mask of these bodies among the bones, heads and chests, (bodies,), or None if
+        none is translucent.
         """
         for piece in self._faint:
             piece.remove()
@@ -337,7 +338,7 @@ class Ghost(_Figure):
             outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
-        """Draw the bones of the ghost that are selected by the mask in `pose.ghost`."""
+        """Draw the ghost for the bones that the mask in `pose.ghost` selects."""
         rotations, drawn = pose.ghost or (pose.rotations, None)
         positions = pose.positions if pose.ghost_positions is None else pose.ghost_positions
         for shape, *pieces in self.parts:
@@ -364,7 +365,8 @@ def _placed(
     rotations, positions
         The global rotations (joints, 4) and positions (joints, 3).
     grown
-        The thickness of skin relative to normal; wedges have their final thickness already.
+        The thickness of skin relative to its normal thickness. Wedges already have their final
+        thickness.
 
     Returns
     -------

@@ -77,25 +77,25 @@ class Skin:
     parent, child
         The joints P and C of each bone, (B,).
     below, above
-        The index, among the B bones, of the next bone, which begins at C, and of the previous bone,
-        which ends at P, (B,). If there is none, the index is the bone's own.
+        The indices, among the B bones, of the next bone, which begins at C, and of the previous
+        bone, which ends at P, (B,). If there is no such bone, this is the index of the bone itself.
     axis
         The unit vector from P to C in P's coordinates, (B, 3).
     across
-        Two unit vectors perpendicular to the axis in P's coordinates, (B, 2, 3). In the rest pose,
-        these vectors are aligned along a limb, so that the stripes of consecutive bones meet.
+        Two unit vectors perpendicular to the axis, in P's coordinates, (B, 2, 3). In the rest pose,
+        these vectors are aligned along a limb, so the stripes of consecutive bones meet.
     radius
         The radius of each ring, (B, K).
     circle
         The cosine and sine of the angle of each vertex of a ring, (M, 2).
     bone
-        The index of the bone of each vertex, among all bones of the figure, (V,).
+        The bone of each vertex, as an index into all bones of the figure, (V,).
     part
         The part of each vertex, from bodies.PARTS, (V,).
     faces
-        The faces, (n, 4).
+        The faces as vertex indices, (n, 4).
     edges
-        The lines along the edges of the dark stripes, (n, 2).
+        The lines along the edges of the dark stripes as vertex indices, (n, 2).
     fin, fin_normals
         The vertices of the fins and their normals in P's coordinates, (B, F, 3).
     """
@@ -117,21 +117,21 @@ class Skin:
 
     @property
     def covered(self) -> frozenset[int]:
-        """The indices of the bones that have skin, among all bones of the figure."""
+        """The bones that have skin, as indices into all bones of the figure."""
         return frozenset(self.bone.tolist())
 
 
 def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
-    """Return the skin of the bones of chains.
+    """Return the skin of the bones that belong to chains.
 
     Parameters
     ----------
     bones
         All bones of the figure.
     chains
-        The chains. Skin covers the bone of a chain from P to C if it is among `bones`.
+        The chains. The bone of a chain from P to C gets a skin if it is among `bones`.
     height
         The height of the figure.
     fine
@@ -172,7 +172,7 @@ def build_skin(
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
-    """Return the twist of C relative to P about the axis of each bone with skin, radians, (B,).
+    """Return the twist of C relative to P about the axis of each bone with skin, in radians, (B,).
 
     `rotations` are the global rotations of the joints, (joints, 4).
     """
@@ -271,10 +271,10 @@ def _turned(angle: Array, sides: Array) -> Array:
 def _fins(
     bones: Sequence[BoneSegment], pairs: Sequence[tuple[Chain, int]], across: Array, radius: Array
 ) -> tuple[Array, Array, Index, Index]:
-    """Return the fins of bones.
+    """Return the vertices, normals, parts and faces of the fins.
 
-    A fin has a light edge and dark flanks. Its faces share no vertices, because each face has its
-    own colour.
+    A fin has a light edge and dark flanks. Faces do not share vertices, because each face has a
+    different colour.
 
     Parameters
     ----------
@@ -320,7 +320,7 @@ def _fins(
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:
     """Return a ring of vertices, and the faces and edges of all tubes.
 
-    Neighbouring stripes share no vertices, so that the edges of the stripes are sharp.
+    Neighbouring stripes do not share vertices, so the edges of the stripes are sharp.
 
     Parameters
     ----------

@@ -23,7 +23,10 @@ _NEARER = 0.004  # relative to the distance from the eye
 
 
 def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
-    """Return hands and feet, or the last joints of the hierarchy if there are no known limbs."""
+    """Return the joints of the hands and feet, (n,).
+
+    If there are no known limbs, return the last joints of the hierarchy.
+    """
     found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
     if not found:
         found = {joint for joint, _ in motion.skeleton.ends}
@@ -31,14 +34,18 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The trails as fading lines: broad for the captured clip, and thin on top after correction."""
+    """The trails as fading lines: broad before correction and, on top, thin after correction."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
-        """Set up the trails. There is one renderer, or one each for before and after."""
+        """Create the lines.
+
+        There are one or two renderers. If there are two, the first shows the trails before
+        correction and the second the trails after correction.
+        """
         data = document.data
         assert data is not None
         self._document, self._data = document, data
-        # Number of frames before and after the frame
+        # Number of frames before and after the current frame
         self._length = max(1, round(REACH * data.motion.fps))
         self._joints = end_effectors(data.motion, find_chains(data.motion))
         self._stops = 2 * self._length + 1
@@ -51,7 +58,7 @@ class Trails:
         self.apart = 0.0  # largest distance between the two trails, in the unit of the file
 
     def colour(self, theme: Theme, background: Array) -> None:
-        """Use the colours of a theme."""
+        """Apply the theme's colours. The lines fade to the colour `background`, (3,)."""
         fade = np.linspace(1.0, -1.0, self._stops)
         strength = np.where(fade >= 0.0, 1.0 - 0.35 * fade, 1.0 + 0.75 * fade)[:, None]
         for piece, colour in (
@@ -62,12 +69,12 @@ class Trails:
             piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
-        """Discard the computed positions, because the review has changed."""
+        """Discard the computed positions. Called when the corrections have changed."""
         self._known = None
         self._drawn = (-1, b"")
 
     def draw(self, frame: int, eye: Array, *, before: bool, after: bool) -> None:
-        """Draw the trails around a frame, seen from the point `eye` (3,)."""
+        """Draw the trails around a frame, as seen from the point `eye`, (3,)."""
         self.before.show(before)
         self.after.show(after)
         if self._drawn == (frame, eye.tobytes()):
@@ -75,14 +82,16 @@ class Trails:
         self._drawn = (frame, eye.tobytes())
         first, second = self._around(frame)
         self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
-        # Move the trail toward the eye, so that it is on top at the same place in the image.
+        # The corrected trail is moved toward the eye, so it is drawn on top but does not shift in
+        # the image.
         for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
             piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
-        """Return both trails around a frame, (stops, joints, 3). The ends of the clip are repeated.
+        """Return the trails before and after correction, (stops, joints, 3) each.
 
-        Several seconds are computed at once, so that playing needs only a look-up.
+        A stop is one of the frames around `frame`. Outside the clip, its first or last frame is
+        repeated. The trails of several seconds are computed together and cached for playback.
         """
         frames = self._document.frames
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)

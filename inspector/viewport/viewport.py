@@ -43,19 +43,20 @@ _FIGURE_MS = 30  # delay of building the figure, so that tables and curves of a 
 class Viewport(Steering):
     """The 3D view of the document. A click on a bone selects its chain.
 
-    All changes in one turn of the event loop are drawn together. Call `close()` before the window
-    is destroyed, because the render window must be finalised while its OpenGL context exists.
+    All changes in one iteration of the event loop are drawn together. Call `close()` before the
+    window is destroyed, because the render window must be finalised while its OpenGL context
+    exists.
 
     Attributes
     ----------
     colours
-        The source of the theme.
+        The object that provides the theme and reports its changes.
     view
         The OpenGL widget, or None without OpenGL.
     drawing
         The drawing of the current frame, with the display options.
     pointing
-        The handler of clicks on bones and of the mouse over bones.
+        The handler of clicks on bones and of movements of the mouse over bones.
     overlays
         The widgets over the image.
     dial
@@ -69,8 +70,8 @@ class Viewport(Steering):
         self.drawing = FrameDrawing(document)
         self.pointing = Pointing(self, self.drawing)
         self._scale = 1.0
-        # The interval that was selected when the scene was last drawn, and when the view was last
-        # painted on the screen
+        # The interval that was selected when the scene was last drawn, and the one when the view
+        # was last painted on the screen
         self._drawn: int | None = None
         self._painted: int | None = None
         self._stale = RedrawRequests(self)
@@ -106,7 +107,7 @@ class Viewport(Steering):
 
     @property
     def theme(self) -> Theme:
-        """The theme of the view."""
+        """The current theme."""
         return self.colours.theme
 
     def _colour(self, theme: Theme) -> None:
@@ -118,7 +119,7 @@ class Viewport(Steering):
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
-        """Set the size of the text over the image relative to normal."""
+        """Set the size of the text over the image, relative to the normal size."""
         self._scale = scale
         self._colour(self.theme)
 
@@ -138,21 +139,24 @@ class Viewport(Steering):
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest draw into the view instead of the previous guest; None removes the guest."""
+        """Let a guest choose the pose of the view and draw into it. None removes the guest.
+
+        A previous guest is removed.
+        """
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
         self.drawing.guest = guest
         self._schedule()
 
     def accompany(self, companion: Companion) -> None:
-        """Draw the figure of a companion, if it has one, as a third figure in every frame."""
+        """Draw the figure that `companion` provides as a third figure in each frame."""
         self.drawing.companion = companion
         companion.changed.connect(self._schedule)
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw the document's current state, which Qt's next repaint shows on the screen."""
+        """Draw the document's current state. Qt's next repaint shows it on the screen."""
         self._timer.stop()
         self._stale.take()
         if self.view is None:
@@ -168,7 +172,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Schedule a repaint with Qt. The method `update` of pyvista would render immediately."""
+        """Schedule a repaint by Qt. The method `update` of pyvista would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -220,7 +224,10 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """Build the figure of the open clip and, when called again by the timer, its camera."""
+        """Build the figure of the open clip or, if the figure exists, its camera.
+
+        The timer calls this method twice, so the window can respond between the two steps.
+        """
         if self._scene is None:
             assert self.view is not None
             self._scene = Scene(self.view, self.document, self.theme)
@@ -236,15 +243,15 @@ class Viewport(Steering):
         self._schedule()
 
     def _warm_up(self) -> None:
-        """Draw the warm-up meshes, so that the driver compiles its shaders before the first clip.
+        """Draw the warm-up meshes or, when called again by the timer, remove them.
 
-        The timer calls this method again to remove the meshes.
+        As a result, the OpenGL driver has compiled the shaders before the first clip is opened.
         """
         if self._specimens:
             for piece in self._specimens:
                 piece.remove()
             self._specimens = []
-            self._repaint()  # because of the lights, the meshes are slightly visible
+            self._repaint()  # with the lights, the meshes are slightly visible
         elif self.view is not None and self._scene is None:
             self._specimens = add_warm_up_meshes(self.view.renderer, background(self.theme))
             self.view.renderer.reset_camera(render=False)
@@ -257,14 +264,14 @@ class Viewport(Steering):
             self._warm_up()
 
     def _complete(self) -> None:
-        """Finish building the figure immediately."""
+        """Build the figure and its camera now if the timer has not built them yet."""
         while self._builder.isActive():
             self._build()
 
     def _reviewed(self) -> None:
-        """Draw again if the corrections at the current frame have changed.
+        """Draw the frame again, after a delay, if its corrections have changed.
 
-        Most small changes of the threshold τ do not change the frame.
+        Most small changes of the threshold τ do not change the corrections of the current frame.
         """
         trails = self._scene.trails if self._scene is not None else None
         if trails is not None:
@@ -310,7 +317,7 @@ class Viewport(Steering):
         )
 
     def sizeHint(self) -> QSize:
-        """Return the preferred size, which is the preferred size of VTK's widget.
+        """Return the preferred size of VTK's widget as the preferred size of the view.
 
         The view has no layout that could compute this size, because every change of a label would
         then lay out the whole window.
@@ -327,10 +334,10 @@ class Viewport(Steering):
             self.set_view(self._framed)
         if self._scene is not None:
             self._schedule()  # labels of a guest have positions in pixels
-        QToolTip.hideText()  # the name of the bone under the mouse has one, too
+        QToolTip.hideText()  # the position of the bone's name is also in pixels
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Draw changes that were made while the view was hidden."""
+        """Draw the changes that were made while the view was hidden."""
         super().showEvent(event)
         if self._scene is not None:
             self._schedule()

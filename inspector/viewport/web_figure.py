@@ -1,4 +1,4 @@
-"""The 3D figure of web pages: its mesh, its colours and its scripts.
+"""The data for the 3D figure in web pages: its mesh, its colours and its scripts.
 
 The scripts are in assets/lesson_page. The 3D library three.js comes from the package trimesh, which
 includes it for its own viewer.
@@ -83,7 +83,7 @@ def skin_data(
 
 
 def emphasised(bones: Sequence[BoneSegment], chain: Chain | None, skeleton: Skeleton) -> list[int]:
-    """Return the indices of the bones of a chain or limb, which are emphasised on a page."""
+    """Return the indices of the bones to emphasise on a page: those of a chain or limb."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {
@@ -105,12 +105,12 @@ def theme_data(theme: Theme) -> dict[str, Any]:
 
 
 def page_part(name: str) -> str:
-    """Return the text of a script or a style sheet."""
+    """Return the text of a script or style sheet, given its file name."""
     return (PAGE_PARTS / name).read_text(encoding="utf-8")
 
 
 def three_js() -> str:
-    """Return three.js from the package trimesh, with its licence.
+    """Return the source text of three.js from the package trimesh, including its licence.
 
     Raises TwistError if three.js is missing.
     """

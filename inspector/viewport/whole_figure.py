@@ -1,4 +1,4 @@
-"""A small drawing of the whole figure, for views that show only a part of the figure."""
+"""A small drawing of the whole figure, shown when the image shows only a part of the figure."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Miniature:
     facing
         A mask of the heads that face the viewer, (heads,).
     letters
-        The pixel of the letter of each side, (2,), keyed by side.
+        The pixel at which to draw the letter of each side, (2,), keyed by side.
     """
 
     bones: Array
@@ -86,8 +86,8 @@ def miniature(
     own
         A mask of the bones to draw, which are the bones of one person, (bones,).
     sides
-        The joint next to the letter of each side, keyed by side. The last entry is the joint of the
-        selected limb.
+        The joint that gets the letter of each side, keyed by side. The last entry is the joint of
+        the selected limb.
     camera
         The camera of the image.
     size
@@ -124,7 +124,7 @@ def miniature(
 
 
 def _free_place(at: Array, full: Array) -> Array:
-    """Return the pixel for a letter that is near a joint and far from everything drawn, (2,).
+    """Return a pixel for a letter, (2,), that is near a joint and far from the drawn figure.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class WholeFigure(QWidget):
         self.update()
 
     def show_miniature(self, drawn: Miniature, at: QRect, words: Mapping[str, str]) -> None:
-        """Show a drawing.
+        """Show a drawing of the figure.
 
         Parameters
         ----------

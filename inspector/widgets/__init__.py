@@ -1,1 +1,1 @@
-"""General-purpose widgets that are independent of the rest of the program."""
+"""General-purpose widgets and helpers that do not depend on the rest of the program."""

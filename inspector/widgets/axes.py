@@ -1,4 +1,4 @@
-"""The axes of the plots. An axis shows as many round numbers as fit."""
+"""The axes of the plots. Each axis shows as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def root_scale(degrees: Array | float) -> Array:
 
 
 def from_root_scale(value: float) -> float:
-    """Return the angle in degrees of a value on the square-root scale."""
+    """Return the angle, in degrees, for a value on the square-root scale."""
     return float(np.sign(value) * value * value)
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Select as many positions as possible that are at least `room` apart, in order.
+    """Return as many of the positions as possible that are at least `room` apart.
 
-    `places` are the positions in ascending order.
+    `places` has the positions in ascending order.
     """
     chosen = [-math.inf]
     for at in places:
@@ -49,7 +49,7 @@ class Axis(pg.AxisItem):
     Attributes
     ----------
     text_height
-        The height of a line of text in pixels, the least distance of two numbers.
+        The height of a line of text in pixels. This is the minimum distance between two numbers.
     """
 
     text_height = TEXT_HEIGHT
@@ -60,12 +60,12 @@ class Axis(pg.AxisItem):
 
 
 class UnitAxis(Axis):
-    """An axis of numbers with a unit, by default degrees."""
+    """An axis with numbers and a unit, by default degrees."""
 
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick positions, without those whose labels would be cut off at the ends."""
+        """Return the tick positions, except those with a label that would be cut off at an end."""
         room = self.text_height / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -79,7 +79,7 @@ class UnitAxis(Axis):
 
 
 class RootAxis(Axis):
-    """An axis of degrees on a signed square-root scale.
+    """An axis with degrees on a signed square-root scale.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class RootAxis(Axis):
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Show no number at a position on this scale, where the plot draws something else."""
+        """Hide the number at a position on this scale where the plot draws a different label."""
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
             self.picture = None  # the axis is drawn again at the next repaint
@@ -117,7 +117,7 @@ class RootAxis(Axis):
 
 
 class FrameAxis(Axis):
-    """An axis of whole frame numbers.
+    """An axis with frame numbers.
 
     Attributes
     ----------

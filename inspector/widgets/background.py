@@ -1,4 +1,4 @@
-"""Background threads that do work and deliver the results in the GUI thread."""
+"""Run work in background threads, and deliver the results in the GUI thread."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from twistcore.work.progress import Cancelled, Tell
 
 
 class _Post(QObject):
-    """Executes calls from other threads in the GUI thread.
+    """An object that executes calls from background threads in the GUI thread.
 
-    This object outlives every task. A task's own signal would not be safe: the GUI thread, once it
-    has the result, could delete the task while the other thread is still emitting the signal.
+    This object exists longer than any task. A signal of the task itself would not be safe: when the
+    GUI thread has received the result, it could delete the task while the background thread is
+    still emitting the signal.
     """
 
     said = Signal(object)
@@ -34,11 +35,11 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Runs `work(tell)` in a thread, and then emits `finished` with the result.
+    """A call of `work(tell)` in a background thread.
 
-    If the work raises an exception, `failed` is emitted with it. Long work reports its progress by
-    calling `tell(share)`, which emits `progress(share)`. All signals are emitted in the GUI thread.
-    After `cancel()`, nothing more is emitted.
+    When the work is done, `finished` is emitted with the result. If the work raises an exception,
+    `failed` is emitted with the exception. To report progress, the work calls `tell(share)`, which
+    emits `progress(share)`. All signals are emitted in the GUI thread, but none after `cancel()`.
     """
 
     finished = Signal(object)
@@ -52,17 +53,20 @@ class Task(QObject):
         self._work: Callable[[Tell], Any] = work
 
     def start(self) -> None:
-        """Start the work in the thread pool."""
+        """Start the work in Qt's thread pool."""
         global _post
         _post = _post or _Post()
         QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
-        """Ignore the result. The work stops when it next reports its progress."""
+        """Discard the result, and stop the work when it next reports its progress."""
         self._cancelled = True
 
     def tell(self, share: float) -> None:
-        """Report the progress from the thread, as a share 0…1. Raise Cancelled after `cancel`."""
+        """Report the share of the work that is done, 0…1. Called by the work in its thread.
+
+        Raises Cancelled if `cancel` was called.
+        """
         if self._cancelled:
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
@@ -75,14 +79,17 @@ class Task(QObject):
             self.progress.emit(share)
 
     def run(self) -> Callable[[], None]:
-        """Do the work in the thread. Return a function that delivers the result."""
+        """Do the work in the current thread, and return a function that delivers the result.
+
+        The GUI thread must call this function.
+        """
         try:
             return partial(self._deliver, self._work(self.tell), None)
         except (Exception, Cancelled) as caught:  # the GUI thread reports every error
             return partial(self._deliver, None, caught)
 
     def _deliver(self, result: object, error: object) -> None:
-        self._work = lambda _: None  # free its objects here, not in the thread
+        self._work = lambda _: None  # free its objects in this thread
         if not isValid(self):
             return  # the owner was closed in the meantime
         if not self._cancelled:
@@ -94,7 +101,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Runs one task at a time. A new task cancels the running one."""
+    """A runner for one background task at a time. A new task cancels the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -102,7 +109,7 @@ class OneTask(QObject):
 
     @property
     def running(self) -> bool:
-        """True until the result of the task has been delivered."""
+        """True while a task is running or its result has not been delivered yet."""
         return self._task is not None
 
     def run(
@@ -114,9 +121,9 @@ class OneTask(QObject):
     ) -> None:
         """Run `work(tell)` in a thread, then call `done` with the result.
 
-        If the work fails, `failed` is called with the exception instead. If another task replaces
-        this one, neither is called. `progress` is called with the share of the work that is done,
-        0…1.
+        If the work raises an exception, `failed` is called with the exception instead. If this task
+        is cancelled or replaced, neither is called. `progress` is called with the share of the work
+        that is done, 0…1.
         """
         self.cancel()
         self._task = Task(work, self)
@@ -142,12 +149,12 @@ class _Runner(QRunnable):
         self._task, self._post = task, post
 
     def run(self) -> None:
-        """Do the task's work in the thread."""
+        """Do the task's work in the background thread, and deliver the result."""
         answer = self._task.run()
         with suppress(RuntimeError):  # the program is closing
             self._post.said.emit(answer)
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for running tasks. Return False if any is still running after this time."""
+    """Wait for all running tasks, and return False if any of them is not done in this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

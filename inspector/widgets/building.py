@@ -1,4 +1,4 @@
-"""Functions that build rows, columns and small widgets for the panels."""
+"""Build rows, columns and small widgets for the panels."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _Label = TypeVar("_Label", bound=QLabel)
 _Box = TypeVar("_Box", bound=QBoxLayout)
 _Margins = tuple[int, int, int, int]  # pixels: left, top, right, bottom
 
-# A part of a layout: a widget, a layout or a text; a widget or layout with its stretch factor; a
-# number of pixels; or None for a stretch.
+# A part of a layout: a widget, a layout or a text; a widget or layout with its stretch factor; the
+# size of a space in pixels; or None for a space that stretches.
 Part = QWidget | QLayout | str | tuple[QWidget | QLayout, int] | int | None
 
 
@@ -39,11 +39,11 @@ def hbox(
     Parameters
     ----------
     parts
-        The parts; see `Part`.
+        The parts: widgets, layouts, texts and spaces, as in `Part`.
     owner
-        The widget that gets the layout, or None.
+        The widget in which the layout is installed, or None.
     margins, spacing
-        Sizes in pixels; None means the style's default.
+        Sizes in pixels. None uses the defaults of Qt's style.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -89,7 +89,7 @@ class Wrapping(QWidget):
         self._box = hbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=spacing)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the width of the widest part."""
+        """Return the width of the widest part as the minimum width."""
         wide = max(part.minimumSize().width() for part in self._parts)
         return QSize(wide, super().minimumSizeHint().height())
 
@@ -118,7 +118,7 @@ class Wrapping(QWidget):
 
 
 def soft(label: _Label) -> _Label:
-    """Give a label the theme's colour for secondary text, and return it."""
+    """Set the colour of a label to the theme's secondary text colour, and return the label."""
     label.setObjectName("soft")
     return label
 
@@ -129,11 +129,11 @@ def hint(text: str = "") -> QLabel:
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
-    """Return a small button with a word or a symbol.
+    """Return a small button with a word or a symbol and a tool tip.
 
-    If `flat` is True, the frame of the button is visible only while the mouse is over it. Symbols
-    are characters, because the style's black icons are invisible in a dark window. Screen readers
-    read the tool tip of a symbol.
+    If `flat` is True, the frame of the button is visible only while the mouse is over it. The
+    symbol is a character, because the black icons of Qt's style are invisible in a dark window.
+    For a symbol, screen readers read the tool tip.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -146,7 +146,7 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 def action_button(action: QAction, short: str = "") -> QToolButton:
     """Return a button for an action.
 
-    `short` is a shorter text for the button, for places that explain the rest.
+    `short` is a shorter text for the button, if the rest is clear from the context.
     """
     if short:
         action.setIconText(short)
@@ -156,7 +156,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """Return a scroll area that resizes its content to fit, but never below the minimum size."""
+    """Return a scroll area that resizes its content to fit, but not below the content's minimum."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)
@@ -164,6 +164,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show a widget in front of others. If it is a dock behind other tabs, select its tab."""
+    """Show a widget in front of others. If it is a tab of a dock, select the tab."""
     widget.show()
     widget.raise_()

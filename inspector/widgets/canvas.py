@@ -19,9 +19,9 @@ _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}
 class Canvas(pg.GraphicsView):
     """A plot with its axes. Call `touch` to repaint it.
 
-    By default, every graphics scene repaints the window separately, so four plots would cause four
-    repaints. The plot widget of pyqtgraph would also create forty widgets for a menu that is never
-    used.
+    A normal graphics view repaints the window whenever its scene changes, so four plots would cause
+    four repaints. The plot widget of pyqtgraph would also create forty widgets for a menu that is
+    never used.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Canvas(pg.GraphicsView):
         axes
             The axes, keyed by side: 'left', 'bottom' or 'right'.
         view
-            The view that shows the curves; None creates a view without mouse input.
+            The view that shows the curves. None creates a view without mouse input.
         """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
@@ -67,7 +67,7 @@ class Canvas(pg.GraphicsView):
         self.view.addItem(item, ignoreBounds=True)
 
     def colour_background(self, theme: Theme) -> None:
-        """Use the theme's colours for the background and the axes."""
+        """Apply the theme's colours to the background and the axes."""
         self.setBackground(theme.surface)
         for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
@@ -85,14 +85,14 @@ class Canvas(pg.GraphicsView):
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Request a repaint of the plot, together with the window."""
+        """Request a repaint of the plot, which takes place together with the window's repaint."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line for the threshold τ that can be dragged.
+    """A line at the threshold τ that the user can drag.
 
-    `changed` is emitted when the line moves, and when the mouse enters or leaves it.
+    The signal `changed` is emitted when the line moves and when the mouse enters or leaves it.
     """
 
     changed = Signal()
@@ -102,7 +102,7 @@ class TauLine(pg.InfiniteLine):
         self.sigPositionChanged.connect(self.changed)
 
     def stop_dragging(self) -> None:
-        """Stop a drag, so that the mouse no longer moves the line."""
+        """Stop a drag. The mouse then no longer moves the line."""
         self.moving = False
 
     def setMouseHover(self, hover: bool) -> None:

@@ -1,4 +1,4 @@
-"""File dialogs that do not block the window."""
+"""File dialogs that do not block the rest of the program."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Let the user choose one or more existing files, then call `then` with them."""
+    """Let the user choose one or more existing files, and call `then` with their paths."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:
@@ -39,9 +39,9 @@ def ask_where(
     wanted: Path,
     suffix: str = "",
 ) -> None:
-    """Let the user choose a path to write to, then call `then` with it.
+    """Let the user choose a file to write, and call `then` with its path.
 
-    `wanted` is the proposed path. `suffix` is added to a name without a suffix.
+    `wanted` is the proposed path. `suffix` is appended to a file name without a suffix.
     """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -52,7 +52,7 @@ def ask_where(
 
 
 def ask_folder(parent: QWidget, title: str, then: Callable[[Path], object], *, start: Path) -> None:
-    """Let the user choose an existing folder, then call `then` with it.
+    """Let the user choose an existing folder, and call `then` with its path.
 
     `start` is the folder that the dialog shows first.
     """
@@ -72,9 +72,9 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 
 
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
-    """Draw the arrows of Qt's file dialog in the text colour.
+    """Replace the arrow icons of Qt's file dialog with characters in the text colour.
 
-    Qt's own arrows are black, which is invisible in a dark window.
+    Qt's arrow icons are black and therefore invisible in a dark window.
     """
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)

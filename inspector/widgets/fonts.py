@@ -1,6 +1,6 @@
-"""The fonts shipped with the program, with which columns of numbers look the same on all systems.
+"""The fonts that the program uses, so that columns of numbers look the same on all systems.
 
-They are the fonts of matplotlib, which the window needs anyway.
+They are part of matplotlib, which the program also uses for other purposes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ _PICTURED = 9.0  # points; the font size in screenshots
 
 
 def font_folder() -> Path | None:
-    """Return the folder of matplotlib's fonts, or None, without importing matplotlib."""
+    """Find the folder of matplotlib's fonts without importing matplotlib.
+
+    Returns None if matplotlib is not installed.
+    """
     spec = find_spec("matplotlib")
     places = (spec and spec.submodule_search_locations) or ()
     return next((Path(place) / _FOLDER for place in places), None)
@@ -30,10 +33,10 @@ def font_folder() -> Path | None:
 
 @cache
 def shipped_families() -> frozenset[str]:
-    """Return the family names of the shipped fonts. The first call loads them into Qt (5 ms).
+    """Return the family names of matplotlib's fonts. The first call loads the fonts into Qt (5 ms).
 
-    A Linux distribution may store the fonts in another folder. In that case the set is empty, and
-    the program uses the system's fonts.
+    Some Linux distributions store these fonts in a different folder. In this case, the set is
+    empty, and the program uses the system's fonts.
     """
     folder = font_folder()
     files = [folder / name for name in _FILES] if folder else []
@@ -43,7 +46,7 @@ def shipped_families() -> frozenset[str]:
 
 
 def use_shipped_fonts() -> None:
-    """Use the shipped fonts for all texts, so that screenshots look the same on all systems."""
+    """Use matplotlib's fonts for all texts, so that screenshots look the same on all systems."""
     assert SANS in shipped_families(), "matplotlib's fonts are missing"
     font = QFont(QApplication.font())
     font.setFamilies([SANS])

@@ -1,4 +1,4 @@
-"""The guide's window: the pages of docs/ with links, pictures, history and search."""
+"""The window with the guide: the pages in docs/ with links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ _TOPICS = (
 _MARGIN = 24  # pixels around a page
 _MARKS = re.compile(r"[*_`]|\]\([^)]*\)|\[")  # emphasis, code and links in Markdown
 _SETTLE_MS = 150  # time without resizing after which pictures are fitted
-_PICTURES = (".png", ".svg", ".gif")  # of a film, the first frame is shown
+_PICTURES = (".png", ".svg", ".gif")  # only the first frame of an animation is shown
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 
 
 class GuidePage(QWidget):
-    """The guide's window."""
+    """The window that shows the guide, with buttons for its main pages and a search field."""
 
     def __init__(self, owner: QWidget, colours: Colours, docs: Path = DOCS) -> None:
         super().__init__(owner, Qt.WindowType.Window)
@@ -102,13 +102,13 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """Search from the start of the current match. Called when the search text changes."""
+        """Search again from the start of the current match. Called when the search text changes."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
 
     def _find_next(self) -> None:
-        """Move to the next match. After the last match on this page, go to another page."""
+        """Move to the next match. After the last match on a page, go to the next page with one."""
         words, cursor = self.line.text(), self.browser.textCursor()
         if words and self.browser.document().find(words, cursor).isNull():
             self.browser.go_to_page_with(words)
@@ -116,7 +116,10 @@ class GuidePage(QWidget):
         self._find(cursor)
 
     def _find(self, behind: QTextCursor) -> None:
-        """Move to the next match on this page. After the last match, continue with the first."""
+        """Move to the next match on this page or, after the last match, to the first one.
+
+        The search starts at `behind`. If there is no match on the page, show a hint.
+        """
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
@@ -138,7 +141,7 @@ class GuidePage(QWidget):
 
 
 class MarkdownPage(QTextBrowser):
-    """A Markdown page with faint lines between the rows of tables instead of Qt's grid."""
+    """A viewer for Markdown. Its tables have faint lines between the rows instead of a grid."""
 
     def soften_tables(self) -> None:
         """Replace the grid in the tables of the current page with faint lines."""
@@ -161,21 +164,21 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """After a change of the theme, draw the lines of the tables in its colours."""
+        """Update the lines of the tables after a change of the theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()
 
 
 class Pages(MarkdownPage):
-    """A viewer for the Markdown files of a folder. Pictures are at most as wide as the page."""
+    """A viewer for the Markdown files in a folder. Wide pictures are scaled to the page."""
 
     def __init__(self, docs: Path) -> None:
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
-        # The bar is always visible: the layout does not take account of one that appears later, so
-        # pictures would be too wide.
+        # The scroll bar is always visible. The layout would not take account of a scroll bar that
+        # appears later, so pictures would be too wide.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.shown_heading = ""  # the heading of the last followed link
         self.setOpenLinks(False)
@@ -188,7 +191,10 @@ class Pages(MarkdownPage):
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def pages_with(self, words: str) -> list[str]:
-        """Return the pages that contain these words, first those with the words in a heading."""
+        """Return the names of the pages that contain a phrase.
+
+        Pages with the phrase in a heading come first.
+        """
         found = []
         for path in self._docs.glob("*.md"):
             text = _MARKS.sub("", path.read_text("utf-8")).casefold()
@@ -198,9 +204,9 @@ class Pages(MarkdownPage):
         return [name for _, name in sorted(found)]
 
     def go_to_page_with(self, words: str) -> None:
-        """Show the next page that contains the given words, at a heading with them if there is one.
+        """Show the next page that contains a phrase.
 
-        After the last page, continue with the first one.
+        After the last page, this is the first one. If a heading contains the phrase, move to it.
         """
         names, now = self.pages_with(words), self.source().fileName()
         if not names:
@@ -215,7 +221,7 @@ class Pages(MarkdownPage):
             block = block.next()
 
     def _follow(self, url: QUrl) -> None:
-        """Open a link: a page at its top or at a heading, or a web address in the browser."""
+        """Open a link: a page, at its top or at a heading, or a web address in the web browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -250,12 +256,12 @@ class Pages(MarkdownPage):
     # -- Qt -----------------------------------------------------------------------------------
 
     def doSetSource(self, name: QUrl | str, kind: _Type = _Type.UnknownResource) -> None:
-        """Load a page, and give its tables faint lines."""
+        """Load a page, and replace the grid in its tables with faint lines."""
         super().doSetSource(name, kind)
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Load a page, a table, an example or a picture. Wide pictures are scaled to the page."""
+        """Load a page, a table, a code example or a picture. Scale wide pictures to the page."""
         url = QUrl(name)
         if as_markdown := _MARKDOWN.get(Path(url.path()).suffix):
             return as_markdown(Path(self.source().resolved(url).toLocalFile()))
@@ -287,7 +293,7 @@ def _table(path: Path) -> str:
 
 
 def _code(path: Path) -> str:
-    """Return a file as a block of code."""
+    """Return a text file as a Markdown code block."""
     return f"```\n{path.read_text('utf-8')}\n```"
 
 

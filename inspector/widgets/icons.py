@@ -1,4 +1,4 @@
-"""The program's icons: line drawings in the theme's colours."""
+"""The icons of the program and of its actions, which are line drawings in the theme's colours."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)
 
 
 def has_icon(name: str) -> bool:
-    """Return True if there is an icon with this name. The icon of an action has the action's id."""
+    """Return True if there is an icon with this name. An action's icon is named after its id."""
     return (ICONS / f"{name}.svg").is_file()
 
 
 def program_icon() -> QIcon:
-    """Return the program's icon."""
+    """Return the icon of the program for title bars, task bars and menus."""
     renderer, made = QSvgRenderer(str(ICONS / "program.svg")), QIcon()
     for side in _SIDES:
         made.addPixmap(_drawn(renderer, side, 1.0))
@@ -37,7 +37,7 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 @cache
 def _painted(drawing: bytes, text: str, faint: str) -> QIcon:
-    """Return an icon from an SVG drawing, in a colour for each state of a button."""
+    """Return an icon from an SVG drawing in two colours, for enabled and disabled buttons."""
     made = QIcon()
     for mode, colour in ((QIcon.Mode.Normal, text), (QIcon.Mode.Disabled, faint)):
         renderer = QSvgRenderer(drawing.replace(b"#000", colour.encode()))
@@ -47,7 +47,7 @@ def _painted(drawing: bytes, text: str, faint: str) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square image of an icon.
+    """Draw an icon as a square image.
 
     `side` is the size of the image in pixels at a screen scale of 1, and `scale` is the screen
     scale.

@@ -20,9 +20,10 @@ _PAD = 8  # pixels between a shortcut and its neighbours
 
 
 class KeyedList(QListWidget):
-    """A list of texts with keyboard shortcuts.
+    """A list of texts and their keyboard shortcuts.
 
-    If `keys_first` is True, the shortcuts are in front of the texts, else at the right edge.
+    If `keys_first` is True, the shortcuts are to the left of the texts. If not, they are at the
+    right edge.
     """
 
     def __init__(self, *, keys_first: bool) -> None:

@@ -1,7 +1,7 @@
-"""Labels whose text can change without moving other widgets.
+"""Labels with text that can change without moving other widgets.
 
-An ordinary label requests a new layout whenever its text changes, so each step of a drag would
-cause an additional layout and repaint of the window.
+An ordinary label requests a new layout whenever its text changes. Each step of a drag would
+therefore cause an additional layout and repaint of the window.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _STILL_MS = 400  # a line that has not changed for this time is passed to screen
 
 
 class SteadyLabel(QLabel):
-    """A label that grows with its text but never shrinks."""
+    """A label that grows if its text needs more space, but never shrinks."""
 
     _widest = ""
 
     def keep_room(self, text: str) -> None:
-        """Reserve enough room for `text`, even while a shorter text is shown."""
+        """Reserve enough space for `text`, even while the label shows a shorter text."""
         self._widest = text
         self._grow()
 
@@ -46,7 +46,7 @@ class SteadyLabel(QLabel):
         return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
-        """Show a text, and grow if it needs more room."""
+        """Show a text, and grow if it needs more space."""
         if text != self.text():
             super().setText(text)
             self._grow()
@@ -67,49 +67,49 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Return rich text that displays a plain text. Markup in the text is escaped."""
+    """Convert plain text to rich text. Markup characters in the text are escaped."""
     return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
 def bold(text: str) -> str:
-    """Return plain text as bold rich text."""
+    """Convert plain text to bold rich text."""
     return f"<b>{as_rich(text)}</b>"
 
 
 def as_tip(text: str) -> str:
-    """Return a plain text for a tool tip, changed so that Qt does not interpret it as HTML.
+    """Convert plain text for use in a tool tip, so that Qt does not interpret it as HTML.
 
-    Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after every '<' and
-    '&' prevents this.
+    Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after each '<' and
+    '&' prevents a wrong guess.
     """
     return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
 
 
 def as_entry(text: str) -> str:
-    """Return a plain text for a menu or button, with '&' escaped so that it marks no mnemonic."""
+    """Convert plain text for use in a menu or button: escape '&', which would mark a mnemonic."""
     return legible(text, most=_MOST).replace("&", "&&")
 
 
 def capitalised(text: str) -> str:
-    """Return a text with a capital first letter."""
+    """Return the text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour given as '#rrggbb'."""
+    """Return rich text with the given colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
 def plain_text(rich: str) -> str:
-    """Return rich text as plain text."""
+    """Convert rich text to plain text."""
     return QTextDocumentFragment.fromHtml(rich).toPlainText()
 
 
 class Caption(QWidget):
-    """A paragraph of rich text that reserves height for its longest text so far.
+    """A paragraph of rich text that reserves the height of its longest text so far.
 
-    This class positions its inner label itself, so a new text needs no new layout. A short caption
-    shows one line of plain text, with the whole text in its tool tip.
+    The class positions its inner label without a layout, so a new text does not request a new
+    layout. A short caption shows one line of plain text and has the whole text in its tool tip.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -132,7 +132,7 @@ class Caption(QWidget):
             self._fit(self.height())
 
     def set_plain(self, text: str) -> None:
-        """Show plain text, with its markup escaped."""
+        """Show plain text. Markup characters in it are escaped."""
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
@@ -147,7 +147,7 @@ class Caption(QWidget):
 
     @property
     def _line(self) -> int:
-        """The height of a line in pixels."""
+        """The height of a line of text in pixels."""
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -176,7 +176,7 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line of text that never widens its parent; text that does not fit ends with '…'."""
+    """A line of text that never widens its parent. A text that does not fit ends with '…'."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -192,9 +192,9 @@ class ElidedLabel(QLabel):
 
 
 class Headline(QLabel):
-    """A line of rich text, such as '<b>what</b> more', that never widens its parent.
+    """A line of rich text that never widens its parent, such as '<b>name</b> details'.
 
-    A text that does not fit ends with '…'. Plain text must be escaped.
+    A text that does not fit ends with '…'. Markup characters in the text must be escaped.
     """
 
     def __init__(self) -> None:
@@ -202,7 +202,7 @@ class Headline(QLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:
-        """Return a width of 0, so that the line can be made arbitrarily narrow."""
+        """Return a minimum width of 0, so that the line can be made arbitrarily narrow."""
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -227,7 +227,7 @@ class Headline(QLabel):
 
 
 class ElidedLine(QWidget):
-    """A line of text that can change many times per second without a new layout."""
+    """A line of text that can change many times per second without a new layout of the window."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""A panel that is built when it is first needed, so that the program starts sooner."""
+"""A panel that is built only when it is first needed, so that the program starts faster."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
 
 
 class SeenPanel(Protocol):
-    """A panel that works only while it is visible."""
+    """A panel that updates its content only while it is visible."""
 
     def set_seen(self, seen: bool) -> None:
-        """Begin to work because the panel is visible, or stop if `seen` is False."""
+        """Tell the panel whether it is visible. It updates its content only while it is visible."""
 
 
 Panel = TypeVar("Panel", bound=SeenPanel)
 
 
 class LatePanel(QScrollArea, Generic[Panel]):
-    """A scroll area whose panel is built when it is first seen or used.
+    """A scroll area for a panel that is built when it is first visible or used.
 
-    The area exists from the start, so that the dock has its place, its tab and its menu row.
+    The scroll area exists from the start, so that the dock has a position, a tab and a menu entry.
     """
 
     made = Signal(QWidget)  # with the panel, when it is built
 
     def __init__(self, build: Callable[[], Panel]) -> None:
-        """Prepare the area. `build` is a function that returns the panel, a QWidget."""
+        """Create the empty scroll area. `build` is a function that returns the panel, a QWidget."""
         super().__init__(widgetResizable=True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self._make = build
@@ -40,7 +40,7 @@ class LatePanel(QScrollArea, Generic[Panel]):
         return self._panel is not None
 
     def build(self) -> Panel:
-        """Build the panel unless it exists, and return it."""
+        """Return the panel. If it does not exist yet, it is built first."""
         if self._panel is None:
             self._panel = self._make()
             self.setWidget(cast("QWidget", self._panel))
@@ -48,9 +48,9 @@ class LatePanel(QScrollArea, Generic[Panel]):
         return self._panel
 
     def set_seen(self, seen: bool) -> None:
-        """Tell the panel whether it is visible. A panel that was never visible is not built.
+        """Tell the panel whether it is visible. The panel is built when it is first visible.
 
-        The dock calls this method, because Qt does not hide a panel behind another tab.
+        The dock calls this method, because Qt does not hide a panel behind a different tab.
         """
         if seen or self.built:
             self.build().set_seen(seen)

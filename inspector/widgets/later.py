@@ -1,4 +1,4 @@
-"""Delay work until pending events are handled, and combine quick steps into one."""
+"""Delay work until pending events are handled, and combine quick changes into one undo step."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Executes only the last of several requests, after Qt has handled the pending events."""
+    """A queue that executes only the latest request, after Qt has handled the pending events."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -19,7 +19,7 @@ class Latest(QObject):
         self._timer.timeout.connect(self.flush)
 
     def ask(self, work: Callable[[], None]) -> None:
-        """Set the function to call. A function that was set earlier is no longer called."""
+        """Request a call of `work`. It replaces a request that has not been executed yet."""
         self._work = work
         self._timer.start()
 
@@ -37,9 +37,9 @@ class Latest(QObject):
 
 
 class RedrawRequests(QObject):
-    """Collects requests to redraw a view, and emits `due` once for all of them.
+    """A collector of requests to redraw a view, which emits `due` once for all of them.
 
-    The signal is queued: it arrives after the change and before Qt's next repaint, so that tables,
+    The signal is queued. It arrives after the change and before Qt's next repaint, so that tables,
     plots and the 3D view are painted together. The view calls `take` when it draws.
     """
 
@@ -52,7 +52,7 @@ class RedrawRequests(QObject):
         self._requested.connect(self.due, Qt.ConnectionType.QueuedConnection)
 
     def mark(self, *_: object) -> None:
-        """Request a redraw."""
+        """Request that the view redraws what has changed."""
         if not self.pending:
             self.pending = True
             self._requested.emit()
@@ -63,28 +63,28 @@ class RedrawRequests(QObject):
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Return whether to redraw anything and whether to redraw all, and reset both flags."""
+        """Return whether to redraw anything and whether to redraw everything, and reset both."""
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken
 
 
 class Burst(QObject):
-    """Combines quick steps, such as those of a spin box, into one undo step."""
+    """A provider of ids that combine quick changes, such as in a spin box, into one undo step."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """Create a burst. `begin_drag` is a function that returns a new id for combined steps."""
+        """Create the provider. `begin_drag` is a function that returns a new id."""
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)
 
     @property
     def active(self) -> bool:
-        """True if the last step was made a moment ago."""
+        """True shortly after a change. The next change then gets the same id."""
         return self._timer.isActive()
 
     def drag(self) -> int:
-        """Return the id for the next step. Steps with the same id become one undo step."""
+        """Return the id for the next change. Changes with the same id become one undo step."""
         if not self.active:
             self._drag = self._begin_drag()
         self._timer.start()

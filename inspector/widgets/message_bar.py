@@ -1,4 +1,4 @@
-"""The message bar, which shows messages and questions on top of another widget."""
+"""The message bar, which shows messages and questions on top of a widget."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 
 
 class MessageBar(QFrame):
-    """A bar that shows the latest message. An error stays until the user closes it.
+    """A bar that shows the latest message. An error is shown until the user closes it.
 
-    If an error replaces a question, the question returns when the error is closed. The keys Alt+1,
-    Alt+2 and so on choose an answer.
+    If an error replaces a question, the question appears again when the user closes the error. The
+    keys Alt+1, Alt+2 and so on select an answer.
     """
 
     def __init__(self, over: QWidget) -> None:
@@ -50,7 +50,7 @@ class MessageBar(QFrame):
         """
         text = of_core(text)
         if self.asks and not wrong:
-            return  # an unanswered question stays visible
+            return  # the bar continues to show the unanswered question
         self._show(text, wrong)
         if wrong:
             self._timer.stop()
@@ -58,7 +58,7 @@ class MessageBar(QFrame):
             self._timer.start(_SHOWN_MS)
 
     def add_error(self, text: str) -> None:
-        """Show an error. If another error is already shown, append the new one."""
+        """Show an error. If an error is already shown, append the new one to it."""
         text = of_core(text)
         if not (self.isVisible() and text in self.label.text()):
             self.show_message(self._after_error(text), True)
@@ -71,7 +71,7 @@ class MessageBar(QFrame):
     def offer(self, text: str, answers: Answers) -> None:
         """Show a message with buttons for a limited time.
 
-        If an unanswered question is visible, nothing changes.
+        If the bar already shows an unanswered question, do nothing.
         """
         if not self.asks:
             self._question = None
@@ -99,7 +99,7 @@ class MessageBar(QFrame):
     def _after_error(self, text: str) -> str:
         """Return `text`, preceded by the current error if an error is visible.
 
-        In this way, the user can still read the error.
+        As a result, the user can still read the error.
         """
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
@@ -116,7 +116,7 @@ class MessageBar(QFrame):
         self._stack()
 
     def _stack(self) -> None:
-        """Put the buttons one below the other and hide their keys if the view is too narrow."""
+        """Put the buttons one below the other, and hide their keys, if the view is too narrow."""
         parts = (self.label, *self.buttons(), self._keys)
         wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
         view = self.parentWidget()
@@ -138,7 +138,7 @@ class MessageBar(QFrame):
         return [b for b in every if isinstance(b, QPushButton)]
 
     def close_message(self) -> None:
-        """Hide the bar or, if a question waits behind an error, show that question again."""
+        """Hide the bar or, if an error has replaced a question, show the question again."""
         if self._question is not None and not self._answers.count():
             self.hide()
             self.ask(*self._question)

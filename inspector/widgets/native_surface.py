@@ -1,8 +1,8 @@
-"""A native surface for the 3D view, so that Qt draws the other widgets without OpenGL.
+"""Create a native surface for the 3D view, so that Qt draws the other widgets without OpenGL.
 
-If a window contains an OpenGL view, Qt normally composes the whole window with OpenGL. Software
-OpenGL needs 8 ms for this, a third of the time between a new τ and its repainted plots. With a
-native surface, Qt copies the other widgets directly to the screen.
+If a window contains an OpenGL view, Qt normally composes the whole window with OpenGL. With
+software rendering, this takes 8 ms, a third of the time between a change of τ and the repaint of
+the plots. With a native surface, Qt copies the other widgets directly to the screen.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from PySide6.QtWidgets import QWidget
 def give_native_surface(view: QWidget) -> None:
     """Give a widget a native surface on X11. On other platforms, do nothing."""
     if QGuiApplication.platformName() == "xcb":
-        # Siblings and parents stay non-native, or closed menus would stay visible between them.
+        # Siblings and parents must not become native, or closed menus would remain visible between
+        # them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
         view.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
         view.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
@@ -24,7 +25,10 @@ def give_native_surface(view: QWidget) -> None:
 
 
 class _Along(QObject):
-    """Moves the native surface when the view's parent moves, because Qt does not do this."""
+    """An event filter that moves the native surface when the view's parent moves.
+
+    Qt does not do this.
+    """
 
     def __init__(self, view: QWidget) -> None:
         super().__init__(view)
@@ -33,7 +37,7 @@ class _Along(QObject):
             parent.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move the surface to the position of the view in its window. All events are passed on."""
+        """Move the surface to the position of the view in its window, and pass on all events."""
         surface = self._view.windowHandle()
         if event.type() == QEvent.Type.Move and surface is not None:
             surface.setPosition(self._view.mapTo(self._view.window(), QPoint(0, 0)))
@@ -41,11 +45,11 @@ class _Along(QObject):
 
 
 class _Uncovered(QObject):
-    """Copies the window to the screen again after another window has covered it.
+    """An event filter that copies the window to the screen again after it was covered.
 
-    Without a compositor, the screen does not store the covered parts of a window. Qt does not
-    restore a window with an OpenGL view, because Qt expects OpenGL to compose that window. Without
-    this filter, a closed menu would stay visible.
+    Without a compositor, the covered parts of a window are not stored. Qt does not restore them in
+    a window with an OpenGL view, because it expects OpenGL to compose that window. Without this
+    filter, a menu would remain visible after it was closed.
     """
 
     def __init__(self, window: QWidget) -> None:
@@ -55,7 +59,7 @@ class _Uncovered(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Copy the window to the screen when it must be repainted. All events are passed on."""
+        """Copy the window to the screen when it must be repainted, and pass on all events."""
         if watched is self._window:
             handle = self._window.windowHandle()
             if event.type() == QEvent.Type.Show and handle is not None:

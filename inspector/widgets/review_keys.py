@@ -1,10 +1,10 @@
-"""Decide whether a pressed key is a shortcut of the review or input for a field.
+"""Decide whether a pressed key is a shortcut of the program or input for a field.
 
 - A text field receives characters and the keys for editing and copying.
 - A number field receives digits. Ctrl+Z in a number field undoes a step of the review.
-- All other shortcuts of the program still work.
-- Enter applies the input, and Esc restores the old text or clears a search. Both keys return the
-  focus to the review.
+- All other shortcuts of the program still work while a field has the focus.
+- Enter applies the input, and Esc restores the previous text or clears a search. Both keys return
+  the focus to the review.
 - A widget that is hidden loses the focus.
 - The mouse wheel changes only a field that has the focus.
 """
@@ -47,13 +47,16 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """A filter for the keys of a window's input fields.
+    """An event filter for the keys that are pressed in the input fields of a window.
 
     Call `watch` for widgets that are built later.
     """
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Watch a window. `home` is a function that returns the widget to focus after typing."""
+        """Watch all input fields of a window.
+
+        `home` is a function that returns the widget that gets the focus after typing.
+        """
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus
@@ -84,11 +87,11 @@ class ReviewKeys(QObject):
             widget.installEventFilter(self)
 
     def return_focus(self) -> None:
-        """Move the focus back to the review."""
+        """Move the focus from an input field back to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle keys and the mouse wheel. All other events are passed on."""
+        """Handle keys and the mouse wheel, and pass on all other events."""
         kind = event.type()
         if isinstance(event, QChildEvent):
             child = event.child()
@@ -109,9 +112,9 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """Return True if the field belongs to the window or to one of its floating docks.
+        """Return True if an input field in the window or in a floating dock has the focus.
 
-        Fields of dialogs do not count.
+        Fields in dialogs do not count.
         """
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
@@ -152,14 +155,14 @@ class ReviewKeys(QObject):
 
 
 def is_typing_text() -> bool:
-    """Return True if the user is typing text, so that letters must not act as shortcuts."""
+    """Return True if the user is typing text. Letters must then not act as shortcuts."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)
     return focus is not None and not number and _line(focus) is not None
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the text field to which a widget belongs, or None."""
+    """Return the text field of a widget, or None if the user cannot type into it."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):

@@ -1,4 +1,4 @@
-"""Numbers as text, with a real minus sign and without a sign for zero."""
+"""Format numbers as text, with a typographic minus sign and without a sign for zero."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def angle_of(kind: Kind, radians: float) -> str:
 
 
 class SignedBox(QDoubleSpinBox):
-    """A number field that shows a real minus sign and accepts a hyphen as well."""
+    """A number field that shows a typographic minus sign and also accepts a hyphen."""
 
     def textFromValue(self, value: float) -> str:
         """Return the text for a value."""
         return plain(value, self.decimals())
 
     def valueFromText(self, text: str) -> float:
-        """Return the value of a typed text."""
+        """Return the value of a text that the user has typed."""
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:

@@ -1,4 +1,4 @@
-"""The splash screen."""
+"""The splash screen, which is visible while the program starts."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from inspector.widgets.theme import Theme
 _SIZE = (340, 120)  # pixels
 _ICON, _LEFT = 64, 24  # pixels: the size of the icon, and the space left of it
 _NAME_POINTS = 15.0
-_PATIENCE_S, _STEP_S = 0.5, 0.005  # seconds to wait until a window is visible, and between checks
+_PATIENCE_S, _STEP_S = 0.5, 0.005  # longest wait for a visible window, and time between checks
 
 
 class Splash(QLabel):
-    """The splash screen, which shows the program's icon and name and never takes the focus.
+    """A splash screen that shows the program's icon and name and never gets the focus.
 
-    A QSplashScreen would wait a second for the desktop.
+    It is not a QSplashScreen, because that class would wait a second for the desktop.
     """
 
     def __init__(self, theme: Theme) -> None:
@@ -36,7 +36,7 @@ class Splash(QLabel):
         self.move(middle - self.rect().center())
 
     def show_at_once(self) -> None:
-        """Show and paint the splash screen immediately, although no event loop is running yet."""
+        """Show and paint the splash screen immediately, even if no event loop is running yet."""
         self.show()
         _wait_until_exposed(self)
 

@@ -1,4 +1,4 @@
-"""Tables for the panels, which redraw only the rows that have changed."""
+"""Tables for the panels. They redraw only the rows that have changed."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ _FEW = 64  # maximum number of rows to add or remove one by one; for more, the t
 
 @dataclass(frozen=True)
 class TableRow:
-    """The texts, colours and tool tips of a row.
+    """The texts, colours and tool tips of a table row.
 
     Attributes
     ----------
     texts
         The text of each column.
     sort
-        A value for each column by which rows are sorted, or () to sort by the texts.
+        The value of each column for sorting the rows, or () to sort by the texts.
     colours
         The text colours '#rrggbb', keyed by column.
     tips
@@ -64,12 +64,12 @@ class TableRow:
     tick
         The state of the check box in the first column, or None for no check box.
     secondary
-        Secondary text after the text of the first column, drawn by a SecondaryTextDelegate.
+        Secondary text after the text of the first column. A SecondaryTextDelegate draws it.
     spoken
-        Texts for screen readers, keyed by column, for cells with symbols, with bars or without
-        text.
+        Texts for screen readers, keyed by column, for cells that show symbols or bars or no text.
     left
-        Columns aligned to the left in this row, although the model aligns them to the right.
+        The columns that are aligned to the left in this row, even if the model aligns them to the
+        right.
     """
 
     texts: tuple[str, ...]
@@ -85,8 +85,8 @@ class TableRow:
 class RowModel(QAbstractTableModel, Generic[_Thing]):
     """A table model with one row per object in `things`. Subclasses define `key` and `describe`.
 
-    A row is not redrawn if its object equals the previous object with the same key. Therefore, the
-    objects must be frozen, and must compare equal only if their rows look the same.
+    A row is not redrawn if its object equals the previous object with the same key. The objects
+    must therefore be immutable, and must compare equal only if their rows look the same.
     """
 
     heads: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """Return the row for an object. Called only for visible rows."""
+        """Return the texts, colours and tool tips for an object. Called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
@@ -127,7 +127,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
     def reset_rows(self, things: Sequence[_Thing]) -> None:
-        """Reset the table and show new rows, for example when the headings change."""
+        """Discard all rows and show new ones, for example when the headings change."""
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -171,7 +171,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self.show(things)
 
     def _reorder(self, things: Sequence[_Thing], keys: list[Hashable]) -> None:
-        """Show the same objects in another order, without losing the selection."""
+        """Show the same objects in a different order, without losing the selection."""
         self.layoutAboutToBeChanged.emit()
         old, before = self.persistentIndexList(), self._keys
         self.things, self._keys = things, keys
@@ -202,11 +202,11 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
-        """Return the number of rows."""
+        """Return the number of rows. Rows have no children."""
         return 0 if parent.isValid() else len(self.things)
 
     def columnCount(self, parent: Index = _TOP) -> int:
-        """Return the number of columns."""
+        """Return the number of columns. Rows have no children."""
         return 0 if parent.isValid() else len(self.heads)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
@@ -277,10 +277,10 @@ class RowTable(QTableView):
         self._has_numbers = False
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
-        self._widths: dict[int, int] = {}  # widths of columns, also of hidden ones
+        self._widths: dict[int, int] = {}  # widths of columns, including hidden ones
 
     def set_room(self, room: int) -> None:
-        """Set the number of pixels by which a row is higher than a line of text."""
+        """Set the height of a row, as the number of pixels in addition to a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def show_numbers(self) -> None:
@@ -296,16 +296,16 @@ class RowTable(QTableView):
 
     @property
     def numbers_width(self) -> int:
-        """The width of the row numbers in pixels, even if they are hidden; 0 without them."""
+        """The width, in pixels, that the row numbers need, or 0 if the table has none."""
         numbers = self.verticalHeader()
         needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
         return needs if self._has_numbers else 0
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Hide columns while the first column would be narrower than `first` pixels.
+        """Hide columns if the first column would be narrower than `first` pixels.
 
-        The columns in `spared` are hidden one by one, in this order. The first column fills the
-        rest of the table's width.
+        The columns in `spared` are hidden one by one, in this order, until the first column is wide
+        enough. The first column fills the remaining width of the table.
         """
         self._first, self._spared = first, tuple(spared)
 
@@ -332,9 +332,9 @@ class RowTable(QTableView):
 
 
 class _Heading(QHeaderView):
-    """A header that reserves room for the sort indicator next to right-aligned texts.
+    """A header that reserves space for the sort indicator next to right-aligned texts.
 
-    Qt itself would draw the indicator over these texts.
+    By default, Qt draws the indicator over these texts.
     """
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
@@ -342,7 +342,7 @@ class _Heading(QHeaderView):
         self.setSectionsClickable(True)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
-        """Add room for the sort indicator after a right-aligned text."""
+        """Add space for the sort indicator after a right-aligned text."""
         super().initStyleOptionForIndex(option, section)
         marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
         if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
@@ -350,10 +350,10 @@ class _Heading(QHeaderView):
 
 
 class RowDelegate(QStyledItemDelegate):
-    """A delegate that draws cells from the model's row descriptions.
+    """A delegate that draws cells from the row descriptions of a model.
 
-    It calls the model once per cell; Qt's delegate would call the model seven times. `proxy` is the
-    table's proxy model, or None.
+    It calls the model once per cell. Qt's delegate would call the model seven times. `proxy` is the
+    table's proxy model, or None if the table shows the model directly.
     """
 
     def __init__(
@@ -368,9 +368,9 @@ class RowDelegate(QStyledItemDelegate):
         return self._model.row(source.row())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
-        """Fill in the style option from the row's description.
+        """Set the properties of a cell from the description of its row.
 
-        Qt's delegate would instead call `data` for each property.
+        Qt's delegate would call `data` for each property instead.
         """
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
@@ -388,10 +388,10 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class SecondaryTextDelegate(RowDelegate):
-    """A delegate that draws a secondary text after the text of the first column, if it fits."""
+    """A delegate that draws a secondary text, if it fits, after the text of the first column."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw the cell, then the secondary text."""
+        """Draw the cell and, if the row has one, its secondary text."""
         super().paint(painter, option, index)
         row = self.described(index)
         if not row.secondary:

@@ -1,6 +1,6 @@
 """The colours and fonts of the light and the dark theme.
 
-In both themes, orange is the clip before and blue the clip after correction.
+In both themes, orange is used for the clip before correction and blue for the clip after it.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """The colours of a theme, as '#rrggbb', each named by its use.
+    """The colours of a theme, as '#rrggbb'. Each colour is named after its use.
 
-    Texts have a contrast of at least 4.5:1 on `surface`.
+    The text colours have a contrast of at least 4.5:1 on `surface`.
     """
 
     dark: bool
@@ -81,7 +81,7 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The current theme. `changed` is emitted whenever the theme is set."""
+    """The current theme. The signal `changed` is emitted whenever a theme is set."""
 
     changed = Signal(object)  # with the Theme
 
@@ -90,7 +90,7 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Call `colour` with the current theme, and again with every new theme.
+        """Call `colour` with the current theme now, and with each new theme later.
 
         `colour` must be a method of a QObject, so that Qt disconnects it when the object is
         deleted.
@@ -105,7 +105,7 @@ class Colours(QObject):
 
 
 def system_theme() -> Theme:
-    """Return the light or the dark theme, as set in the operating system."""
+    """Return the light or the dark theme, according to the setting of the operating system."""
     scheme = QGuiApplication.styleHints().colorScheme()
     return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
 
@@ -118,7 +118,7 @@ def named_theme(name: str) -> Theme:
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Apply Qt's Fusion style with the palette and style sheet of the theme.
 
-    If the theme is already applied, nothing happens, because this takes 0.15 s for a whole window.
+    If the theme is already applied, do nothing, because applying it to a window takes 0.15 s.
     """
     lit = mixed(theme.accent, theme.window, 60).name()
     sheet = _STYLE.format(**vars(theme), lit=lit)
@@ -164,7 +164,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 def figures_font(size: float = 0.0) -> QFont:
     """Return the fixed-width font for columns of numbers.
 
-    `size` is in points; 0 means the size of the program's font.
+    `size` is in points. 0 means the size of the program's font.
     """
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     if FIXED in shipped_families():
@@ -228,9 +228,9 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """Return the opaque colour of `colour` with the opacity alpha/255 on `paper`.
+    """Return the opaque colour that results from `colour` with opacity alpha/255 over `paper`.
 
-    Painting with opaque colours is 30 times faster.
+    Painting with opaque colours is 30 times faster than blending.
     """
     above, below, share = QColor(colour), QColor(paper), alpha / 255.0
     parts = (QColor.red, QColor.green, QColor.blue)

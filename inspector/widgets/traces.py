@@ -26,11 +26,11 @@ class Trace:
     Attributes
     ----------
     x, y
-        Frames and values; NaN makes a gap.
+        The frames and the values, (points,) each. NaN makes a gap.
     role
         The name of the curve's colour in the theme.
     dots
-        True to draw isolated values as dots, because a line would not show them.
+        True to draw the points also as dots, because a line does not show isolated points.
     """
 
     x: Array
@@ -40,15 +40,15 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """A plot of curves. `asked` is emitted with the frame that the user clicks."""
+    """A plot of curves. The signal `asked` is emitted with the frame that the user clicks."""
 
     asked = Signal(int)
 
     def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
         """Build the plot.
 
-        `unit` follows the numbers on the left axis. `root` is True for degrees on a square-root
-        scale.
+        `unit` is written after the numbers on the left axis. `root` is True for degrees on a
+        square-root scale.
         """
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):

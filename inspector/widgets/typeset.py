@@ -1,4 +1,4 @@
-"""Typeset TeX with matplotlib, as outlines that Qt can fill at any scale and in any colour."""
+"""Typeset TeX with matplotlib as outlines, which Qt can fill at any scale and in any colour."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 class Formula:
     """The outlines of a formula.
 
-    The baseline is at y = 0, y points down, and an em is EM units long.
+    The baseline is at y = 0, and y points down. The length of an em is EM units.
 
     Attributes
     ----------
     path
-        The outlines.
+        The outlines as a path.
     box
-        The bounding box.
+        The bounding box of the path.
     """
 
     path: QPainterPath
@@ -40,9 +40,10 @@ class Formula:
 
 
 class Typesetter(QObject):
-    """Typesets formulas in a thread. Formulas requested together become available together.
+    """A typesetter that works in a background thread.
 
-    Typesetting takes half a second, or several seconds if matplotlib must first index the fonts.
+    Formulas that are requested together become available together. Typesetting takes half a second,
+    or several seconds if matplotlib must first index the fonts.
     """
 
     ready = Signal()
@@ -53,12 +54,15 @@ class Typesetter(QObject):
         self._requested: dict[str, None] = {}
         self._waiting: list[tuple[str, ...]] = []  # requests that have not been started
         self._task: Task | None = None
-        self.trouble = ""  # a sentence if no formula could be typeset, or ''
-        # A sentence if a formula of the latest request could not be typeset, or ''
+        self.trouble = ""  # an error message if no formula could be typeset, or ''
+        # An error message if a formula of the latest request could not be typeset, or ''
         self.left_out = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Typeset the formulas that were not requested before, and then emit `ready`."""
+        """Start to typeset the formulas that have not been requested before.
+
+        When they are available, `ready` is emitted.
+        """
         fresh = tuple(tex for tex in texts if tex not in self._requested)
         self._requested |= dict.fromkeys(fresh)
         if fresh:
@@ -74,11 +78,11 @@ class Typesetter(QObject):
             self._task.start()
 
     def formula(self, tex: str) -> Formula | None:
-        """Return the outlines of a formula, or None if they are not ready."""
+        """Return the outlines of a formula, or None if they are not available."""
         return self._known.get(tex)
 
     def has(self, texts: Iterable[str]) -> bool:
-        """Return True if all of these formulas are ready."""
+        """Return True if the outlines of all these formulas are available."""
         return all(tex in self._known for tex in texts)
 
     @property
@@ -88,7 +92,7 @@ class Typesetter(QObject):
 
     @property
     def done(self) -> bool:
-        """True if all requested formulas are ready."""
+        """True if formulas have been typeset and no request is in progress."""
         return bool(self._known) and self._task is None
 
     def _take(self, texts: tuple[str, ...], found: dict[str, Any]) -> None:
@@ -113,9 +117,10 @@ class Typesetter(QObject):
 
 
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
-    """Return the vertices (with y upwards) and the path codes of each formula. Thread-safe.
+    """Return the vertices and path codes of each formula, keyed by its TeX. Thread-safe.
 
-    Texts that are not valid TeX, too long or nested too deeply are left out.
+    In these outlines, y points up. Texts that are not valid TeX, too long or nested too deeply are
+    omitted.
     """
     out = {}
     with _one_at_a_time:
@@ -133,7 +138,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert an outline of matplotlib to a path of Qt, in which y points down."""
+    """Convert an outline of matplotlib, with y up, to a path of Qt, with y down."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

@@ -1,4 +1,4 @@
-"""A translucent cover that dims a widget, which stays readable and usable."""
+"""A translucent cover that dims a widget. The widget remains readable and usable."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _FOLLOWED = (QEvent.Type.Resize, QEvent.Type.Enter, QEvent.Type.Leave)
 
 
 class Veil(QWidget):
-    """A cover over a widget. It lets the mouse through, and is away while the mouse is over it.
+    """A cover over a widget. It ignores the mouse, and is hidden while the mouse is over it.
 
-    While it is hidden, a veil costs nothing. While it is visible, Qt paints it only where the
+    While the cover is hidden, it takes no time. While it is visible, Qt paints it only where the
     widget below is painted.
     """
 
@@ -32,7 +32,7 @@ class Veil(QWidget):
         self.update()
 
     def cover(self, on: bool) -> None:
-        """Dim the widget, or show it as usual if `on` is False."""
+        """Dim the widget, or show it normally if `on` is False."""
         covered = self.parentWidget()
         if on != self._on and covered is not None:
             self._on = on
@@ -43,7 +43,10 @@ class Veil(QWidget):
             self._follow(covered)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the size of the widget, and the mouse over it. All events are passed on."""
+        """Adapt the cover when the widget is resized or the mouse enters or leaves it.
+
+        All events are passed on.
+        """
         if event.type() in _FOLLOWED and isinstance(watched, QWidget):
             self._follow(watched)
         return False
@@ -53,5 +56,5 @@ class Veil(QWidget):
         self.setVisible(self._on and not covered.underMouse())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the part of the cover that Qt asks for."""
+        """Paint the part of the cover that must be repainted."""
         QPainter(self).fillRect(event.rect(), self._paper)

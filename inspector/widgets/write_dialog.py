@@ -1,4 +1,4 @@
-"""The base class of dialogs that write a file."""
+"""The base class for dialogs that write a file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A dialog for writing a file. The button that accepts it has the dialog's title as its text.
+    """A dialog that writes a file. The text of its main button is the title of the dialog.
 
     A subclass adds its rows to `form`, including `where` (the path) and `replace` (a check box),
     and then calls `end_form`.

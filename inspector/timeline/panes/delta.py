@@ -1,4 +1,4 @@
-"""The pane of Δθp and Δθc, the changes of a chain's angles from frame to frame."""
+"""The pane for Δθp and Δθc, the changes of a chain's angles from frame to frame."""
 
 from __future__ import annotations
 

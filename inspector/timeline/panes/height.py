@@ -1,4 +1,4 @@
-"""The pane of the distance of a limb's middle joint from the line between the limb's ends."""
+"""The pane for the distance of a limb's middle joint from the line between the limb's ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pane of the offset that the review's intervals remove."""
+"""The pane for the offset that the review's intervals remove."""
 
 from __future__ import annotations
 

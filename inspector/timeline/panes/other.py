@@ -1,4 +1,4 @@
-"""The pane that shows another detector for comparison."""
+"""The pane that shows a second detector for comparison."""
 
 from __future__ import annotations
 

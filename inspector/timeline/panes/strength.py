@@ -1,4 +1,4 @@
-"""The pane of the strength that is compared with τ. For a limb, these are the swivel's jumps."""
+"""The pane for the strength that is compared with τ. A limb's strength is its swivel's jumps."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return |δ| at a frame and its maximum, for the title, or [] outside soft intervals."""
+    """Return title parts with |δ| of a soft error at a frame and its maximum, or []."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):

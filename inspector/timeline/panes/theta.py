@@ -1,4 +1,4 @@
-"""The pane of the twist θp and the azimuth θc of a chain, or of the swivel φ of a limb."""
+"""The pane for the twist θp and the azimuth θc of a chain, or for the swivel φ of a limb."""
 
 from __future__ import annotations
 
@@ -79,9 +79,9 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Return the height, in degrees, at which to draw an angle in the same turn as its curve.
+    """Return an angle in degrees, wrapped to the same range as its curve.
 
-    The curves of a chain are drawn within half a turn of their centre.
+    The range of a chain's curve is 180° on either side of its circular mean.
     """
     if not isinstance(curves, ChainCurves):
         return float(np.degrees(angle))

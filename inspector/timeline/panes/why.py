@@ -1,4 +1,4 @@
-"""The pane that shows the measured quantity because of which the selected interval is listed."""
+"""The pane with the measured quantity that explains why the selected interval is listed."""
 
 from __future__ import annotations
 
