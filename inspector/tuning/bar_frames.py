@@ -12,7 +12,10 @@ from twistcore.skeleton.rotation import Array
 
 
 class BarFrames:
-    """The frames in each bar of the histogram, and the current bar."""
+    """The frames in each bar of the strength histogram, and the current bar.
+
+    The methods move the playhead to one of these frames.
+    """
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -65,16 +68,16 @@ class BarFrames:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Return to the frame before the first click of a double-click."""
+        """Return to the frame before the last click, which was the first of a double-click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """The frame's position within its bar as text.
+        """The position of the current frame among the frames of its bar, as text.
 
-        If the playhead is at no frame of the current bar, the text is ''.
+        The text is '' if the current frame is not in the current bar.
         """
         if self.chosen is None:
             return ""

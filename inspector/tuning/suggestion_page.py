@@ -1,4 +1,4 @@
-"""The settings for the suggested τ: the cost of a false alarm, the errors and the frames."""
+"""A page with the settings from which τ is suggested, such as the cost of a false alarm."""
 
 from __future__ import annotations
 

@@ -248,7 +248,7 @@ class Saving:
     def _ask_to_close(self, text: str, save: str, close: str) -> int:
         """Ask a question, and return the chosen button: Save, Discard or Cancel.
 
-        `save` is the text of the Save button, and `close` that of the Discard button.
+        `save` and `close` are the texts of the Save button and the Discard button.
         """
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
