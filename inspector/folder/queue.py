@@ -99,7 +99,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """The surveyed clips, the worst first, followed by waiting and by failed clips."""
+        """The surveyed clips, the worst first, then waiting clips, then failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -147,7 +147,10 @@ class FolderQueue(QObject):
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the path by which the folder lists a clip, or `path` if it does not list it."""
+        """Return the path under which the folder lists the clip at `path`.
+
+        If the folder does not list this clip, `path` itself is returned.
+        """
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
@@ -162,7 +165,7 @@ class FolderQueue(QObject):
 
     @property
     def profile_text(self) -> str:
-        """A description of the τ with which clips are surveyed and opened."""
+        """A text that describes the source of τ for surveying and opening clips."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
@@ -180,7 +183,7 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey the clips of a folder, with the τ of a profile if given.
+        """Survey (analyse) the clips of a folder, with the τ of a profile if given.
 
         The survey of another folder is stopped. In a folder written by `twistcore batch`, only
         clips without a result are surveyed.
@@ -223,7 +226,10 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Use the results in the manifest unless a profile sets τ, and survey the other clips."""
+        """Use the results in the manifest of a batch, and survey the remaining clips.
+
+        If a profile sets τ, the results of the batch are not used.
+        """
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -231,7 +237,7 @@ class FolderQueue(QObject):
             return
         for clip in clips:
             before = self.clips.get(clip.path)
-            # the earlier number is newer, for example if the clip is open
+            # The known number is newer than the manifest's, for example if the clip is open
             if before is not None and before.decided is not None:
                 clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
@@ -271,7 +277,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Change fields of a clip's entry, if the folder still lists the clip."""
+        """Update fields in the entry of a clip, if the folder still lists the clip."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
@@ -294,7 +300,7 @@ class FolderQueue(QObject):
             self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
-        """Record the numbers of decided and of all intervals of a clip."""
+        """Record the progress of a clip's review: the numbers of decided and of all intervals."""
         if path in self.clips and self.clips[path].decided != decided:
             self._put(path, decided=decided)
             self.changed.emit()
