@@ -75,7 +75,10 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
 
 
 def _missing_for_window() -> str:
-    """Return the reason why this system cannot open a window (Qt would crash), or ''."""
+    """Return the reason why this system cannot open a window, or ''.
+
+    Without this check, Qt would crash.
+    """
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")
