@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _wrong_arguments(arguments: argparse.Namespace) -> str:
-    """Return an error message if the arguments are wrong, or ''."""
+    """Return an error message about wrong command-line arguments, or '' if they are valid."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
         return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."

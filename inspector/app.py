@@ -40,7 +40,10 @@ _PATIENCE_MS = 500  # time to wait for cancelled work
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window with the given arguments, and return the exit code."""
+    """Run the program with its command-line arguments until the window closes.
+
+    Returns the exit code.
+    """
     path = settings_path()
     settings = load_settings(path)[0]
     language = arguments.language or settings.language

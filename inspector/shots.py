@@ -54,7 +54,10 @@ _FILMED = "LeftForeArm"
 
 
 def main() -> int:
-    """Take the named pictures, or all pictures and the film, and return the exit code."""
+    """Take the pictures named on the command line, or all pictures and the film.
+
+    Returns the exit code.
+    """
     make_application()
     use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog

@@ -132,7 +132,10 @@ class FolderQueue(QObject):
         return done >= min(_ENOUGH, math.ceil(total / 10))
 
     def worse_than(self, path: Path) -> QueuedClip | None:
-        """Return the worst clip with undecided intervals if it is worse than the clip at `path`."""
+        """Return the worst clip that is still to be reviewed, or None.
+
+        The result is None if this clip is not worse than the clip at `path`.
+        """
         if path not in self.clips:
             return None
         least = self.clips[path].severity
@@ -140,7 +143,10 @@ class FolderQueue(QObject):
         return worst if worst is not None and worst.severity > least else None
 
     def next_after(self, path: Path | None) -> Path | None:
-        """Return the next clip with undecided intervals after `path`, from worst to best."""
+        """Return the next clip, from worst to best, with undecided intervals or unsaved decisions.
+
+        The search starts after `path` and wraps around at the end. Returns None if there is none.
+        """
         ordered = self.ordered
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
         behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
@@ -270,7 +276,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _continue(self) -> None:
-        """Start to survey the waiting clips."""
+        """Start surveying the waiting clips."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._poll_workers()
@@ -359,7 +365,10 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """Handle an answer, a timeout or the death of a worker. Return False if there is none."""
+        """Handle an answer, a timeout or the end of a worker process.
+
+        Returns False if nothing has happened.
+        """
         if worker.path is None:
             return False
         try:

@@ -101,7 +101,7 @@ class QueuedClip:
 
     @property
     def clean(self) -> bool:
-        """Return True if the whole clip was checked and nothing was found."""
+        """Return True if the whole clip was checked, no error was found and nothing is unsaved."""
         lacks = self.unchecked or self.missing or self.unexamined
         ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits

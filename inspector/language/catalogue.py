@@ -1,4 +1,4 @@
-"""Return texts in the language that is chosen when the program starts.
+"""Translate texts to the language that is chosen when the program starts.
 
 The code contains the English text, as in `tr("Accept {count} intervals", count=7)`. Values are
 inserted by name, so that a translation can put them in a different order. Each language is one PO

@@ -68,7 +68,7 @@ _Key = tuple[str, str, str]  # context, text, plural
 
 
 def main() -> int:
-    """Update every catalogue, and return the exit code."""
+    """Update the catalogue of every language, and return the exit code."""
     texts = set(texts_in_code())
     for file in sorted(LANGUAGES.glob("*.po")):
         known = {key(entry): entry for entry in polib.pofile(str(file))}

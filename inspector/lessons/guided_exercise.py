@@ -155,7 +155,7 @@ class Exercise(QObject):
         self._judged()
 
     def _show_skin(self) -> None:
-        """Show the intervals and the striped skin until the exercise ends."""
+        """Show the list of intervals and the striped skin until the exercise ends."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)

@@ -61,7 +61,7 @@ def all_met(visit: Visit, conditions: Sequence[Condition]) -> bool:
 
 
 def meet_all(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Meet all conditions with the same actions that the user would perform."""
+    """Meet all conditions for the user, with the same actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
         # Every other condition stays met once it is met
@@ -94,7 +94,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Change the what-if values of the page's chain, with the teaching tab in front."""
+    """Select the page's chain in the teaching tab, and change the given what-if values."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -263,7 +263,10 @@ def _listed(visit: Visit, condition: Condition) -> bool:
 
 
 def _list(visit: Visit, condition: Condition) -> None:
-    """Set τ to the middle of the widest range that gives the required number of intervals."""
+    """Set τ so that the page's chain has the required number of intervals.
+
+    The middle of the widest suitable range of τ is used.
+    """
     document = visit.program.document
     tau = np.radians(np.geomspace(*_TAU, _TRIED))
     found = (document.detector.intervals(visit.chain, float(t)) for t in tau)

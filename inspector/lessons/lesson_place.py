@@ -42,7 +42,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class LessonPlace:
-    """The place in a clip, and its view, that a lesson page shows.
+    """The place in a clip that a lesson page shows, and how the page shows it.
 
     Attributes
     ----------

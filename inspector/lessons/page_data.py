@@ -216,7 +216,10 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return the joint indices of the parent, the child and a limb's end (−1 for a chain)."""
+    """Return the joint indices of the parent, the child and the end (−1 if not a limb).
+
+    Returns None if there is no chain.
+    """
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1

@@ -63,7 +63,7 @@ class Formulas:
 
 
 def markdown_html(text: str, formulas: Formulas) -> Markup:
-    """Convert Markdown to HTML. TeX between $…$ is typeset, and HTML in the text is escaped."""
+    """Convert Markdown to HTML. TeX between $…$ is typeset, and any HTML is escaped."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)

@@ -85,7 +85,7 @@ class JointsModel(RowModel[_Joint]):
         )
 
     def reset(self) -> None:
-        """Show the joints of a new clip, or new values for the same joints."""
+        """Fill the table again, for a new clip or after the measures have changed."""
         known = self._evidence.known
         if known is None:
             self.show(())

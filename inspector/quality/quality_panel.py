@@ -35,7 +35,7 @@ _REST_MS = 400  # pause of the playhead after which screen readers get the numbe
 
 
 class QualityPanel(QWidget):
-    """The measures of all joints, and the tracking of the joints that are selected in the table."""
+    """The panel of the quality tab: the measures of all joints, and a page to track joints."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction], tracked: Tracked

@@ -260,7 +260,7 @@ class TrackPage(QWidget):
         )
 
     def _show_usual(self, gains: Gains) -> None:
-        """Show the default gains for the clip, but not where the user has changed a gain."""
+        """Show the default gains for the clip, except for gains that the user has changed."""
         for name, box in self.boxes.items():
             before = box.value()
             chosen = before != self._usual.get(name, before)

@@ -23,7 +23,7 @@ def upright_rectangle(path: QPainterPath) -> QRectF | None:
 
 
 def is_straight(path: QPainterPath) -> bool:
-    """Return True if a path has no curves."""
+    """Return True if a path consists only of straight lines."""
     return all(path.elementAt(k).type != _CURVE for k in range(path.elementCount()))
 
 

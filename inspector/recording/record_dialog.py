@@ -117,7 +117,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the choices of frames for a film, as (text, frames).
+        """Return the entries of the list of frames to film, as (text, frames).
 
         The frames are a range [first, stop), or None for a moving slider.
         """

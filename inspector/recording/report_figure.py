@@ -36,7 +36,7 @@ _EYE = 0.35  # height of the camera above the ground, relative to the figure's h
 
 
 class FigureToDraw:
-    """The body and the poses of a figure."""
+    """The body and the poses of a figure, prepared for drawing."""
 
     def __init__(self, figure: Figure) -> None:
         self.figure = figure

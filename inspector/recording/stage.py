@@ -234,7 +234,7 @@ class Stage(QWidget):
             painter.translate(-box.topLeft())
 
     def close_views(self) -> None:
-        """Close the stage and its views."""
+        """Close the stage and the copies of the views."""
         if self.viewport is not None:
             self.viewport.close()
         self.close()

@@ -43,7 +43,7 @@ class SweepRows(QObject):
         self.and_back.toggled.connect(self.changed)
 
     def show(self, shown: bool) -> None:
-        """Show or hide the rows."""
+        """Show the rows, or hide them if `shown` is False."""
         self._form.setRowVisible(self.slider, shown)
         self._form.setRowVisible(self._ends, shown)
 

@@ -166,14 +166,14 @@ class Document(OpenClip):
         return other
 
     def close_clip(self) -> None:
-        """Close the clip's journal and release its lock."""
+        """Stop reviewing the clip: close the journal and release the lock on the review."""
         self.opener.cancel()
         self.keeper.end()
 
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Apply a command to the review. Returns False if that failed."""
+        """Apply a command to the review, and record it in the journal. Returns False on failure."""
         if not self._may_change():
             return False
         try:
@@ -499,7 +499,7 @@ class Document(OpenClip):
             self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Use the analysis with the review's chains if its chains differ from the current ones.
+        """If the review's chains differ from the current chains, use the analysis with its chains.
 
         Returns the signals that must be emitted after the change.
         """
@@ -517,9 +517,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the detector in use is the review's detector. If not, start the latter.
+        """Return True if the review's detector is in use. If not, begin to analyse with it.
 
-        The detectors differ after an undo that restores a review made with another detector.
+        The review's detector changes, for example, if an undo restores an earlier choice.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

@@ -90,8 +90,8 @@ class Export:
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
     """Return an export of the current review.
 
-    If the user chose so, the automatic corrections are accepted first. Raises TwistError if the
-    export would overwrite the source or a file that this program did not write.
+    If `choice.undecided` is True, the automatic corrections are accepted first. Raises TwistError
+    if the export would overwrite the source or a file that this program did not write.
     """
     data = document.data
     assert data is not None

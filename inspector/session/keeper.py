@@ -118,7 +118,7 @@ class Keeper(QObject):
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
     def resume(self, aside: PutAside) -> None:
-        """Continue a review that was put aside, in its previous journal."""
+        """Continue a review that was put aside, and record its next steps in the same journal."""
         self._watch(aside.kept)
         if self.read_only:
             return

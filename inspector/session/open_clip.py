@@ -25,7 +25,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """The poses shown in the 3D view."""
+    """The poses to show in the 3D view: before the correction, after it, or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -104,7 +104,7 @@ class OpenClip(QObject):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """Return all intervals of the open clip, sorted by chain and start; () without a clip."""
+        """Return all intervals of the open clip, sorted by chain and start; () if none is open."""
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
@@ -151,13 +151,13 @@ class OpenClip(QObject):
 
     @property
     def frames(self) -> int:
-        """The number of frames, 0 without a clip."""
+        """The number of frames of the open clip, or 0 if no clip is open."""
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """Return a chain or limb of the open clip.
+        """Return the chain or limb of the open clip with this name.
 
-        Raises KeyError if there is none with this name.
+        Raises KeyError if there is none.
         """
         for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:

@@ -75,7 +75,7 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval and half a second on either side, or stop looping."""
+        """Loop over the selected interval and half a second on either side; False stops this."""
         self.looping = on
         self._begin()
 

@@ -40,7 +40,7 @@ class Recovery(QObject):
         when_ready: Callable[[ReviewState, Callable[[], object]], None],
         parent: QObject,
     ) -> None:
-        """Create the object before the first clip is opened.
+        """Prepare to ask questions. No clip is open yet.
 
         Parameters
         ----------

@@ -94,7 +94,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Return True if the lock could be taken, because no program holds it."""
+        """Return True if no program holds the lock."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -139,7 +139,7 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """Open or create the file. Return its handle and whether it is writable. Raises OSError."""
+    """Open or create a lock file. Return its handle and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
         check_ordinary(path, path.lstat().st_mode)
     try:
@@ -158,7 +158,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Return the holder written in the file, or None if the file names no holder."""
+    """Return the holder that is written in a lock file, or None if the file does not name one."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():

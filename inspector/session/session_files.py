@@ -164,7 +164,10 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def rename_damaged(path: Path, why: str) -> str:
-    """Rename a damaged file. Return a sentence with the damage `why` and the new file name."""
+    """Rename a damaged file. Return a sentence about the damage and the new file name.
+
+    `why` is a description of the damage.
+    """
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)

@@ -276,7 +276,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings. Return '' on success, or a sentence with the reason. Never raises."""
+    """Write the settings. Return '', or a sentence with the reason for a failure. Never raises."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)

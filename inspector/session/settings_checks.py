@@ -140,9 +140,9 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
 
 
 def record(**checks: Check) -> Check:
-    """Return a check that accepts an object if it has all these entries and they are valid.
+    """Return a check that accepts an object if it has all required entries and they are valid.
 
-    Other entries are dropped.
+    `checks` contains the check of each required entry, keyed by name. Other entries are dropped.
     """
     return _of(
         dict,

@@ -111,7 +111,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return a text with the product Δθp Δθc and whether it is negative."""
+    """Return a text with the product Δθp Δθc that says whether the product is negative."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -128,7 +128,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return a text with the strength m and whether it is at least τ."""
+    """Return a text with the strength m that says whether m is at least τ."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau

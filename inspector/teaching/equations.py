@@ -249,7 +249,10 @@ class Equations(QWidget):
         self._rows[equation.symbol] = (button, equals, both, number)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text of the values. The formulas follow the font of the widget."""
+        """Scale the text of the values; 1 is the normal size.
+
+        The size of the formulas depends on the font of the widget.
+        """
         for value in self.values.values():
             value.setFont(figures_font(_FIGURES * scale))
 
@@ -292,7 +295,7 @@ class Equations(QWidget):
         return self.minimumSizeHint().width() + widest - least
 
     def show_lit(self, symbol: str) -> None:
-        """Highlight only this symbol; '' removes the highlight."""
+        """Highlight this symbol instead of any other. If `symbol` is '', highlight none."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 

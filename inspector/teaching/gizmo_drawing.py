@@ -86,7 +86,7 @@ class GizmoGuest:
         return altered_pose(self._taught.document, scene, what_if)
 
     def legend(self) -> str:
-        """Return the legend as rich text."""
+        """Return the legend of the 3D view as rich text."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"{bold(of_core(chain.label))}&nbsp;&nbsp; " if chain is not None else ""
         captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
@@ -162,7 +162,7 @@ class GizmoGuest:
         return np.vstack(points), seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
-        """Remove the gizmo from the view."""
+        """Remove the gizmo from the 3D view."""
         self.labels.hide()
         self.hold.leave()
         for piece in self._pieces.values():

@@ -308,7 +308,7 @@ class Knobs(QWidget):
             self._write(painter)
 
     def _write(self, painter: QPainter) -> None:
-        """Draw the text near the mouse, inside the view."""
+        """Draw the text near the mouse, at a position where it fits into the view."""
         painter.setFont(figures_font(self.font().pointSizeF()))
         size = QFontMetricsF(painter.font()).size(0, self.words)
         box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)

@@ -168,7 +168,7 @@ class Labels(QWidget):
         return self._pixmaps[key]
 
     def _region(self) -> QRegion:
-        """Return the region of the view that the labels cover."""
+        """Return the region of the 3D view that the labels cover."""
         region = QRegion()
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()

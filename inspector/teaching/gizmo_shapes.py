@@ -131,7 +131,7 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
-        """Add a small sphere, or only its edges if `hollow` is True."""
+        """Add a small sphere or, if `hollow` is True, only the edges of its triangles."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
         self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
@@ -182,7 +182,10 @@ def sketch(
 
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
-    """Return the quantities with undefined values set to zero, so that they are not drawn."""
+    """Return the quantities of a frame with undefined values set to zero, so they are not drawn.
+
+    If `staged` is True, changes since the previous frame are also set to zero.
+    """
     if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
     if staged or not d.dtheta_p_is_defined:

@@ -120,7 +120,7 @@ class OtherForms(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Update the visible numbers."""
+        """Update the numbers if they are visible."""
         numbers_now = self._taught.numbers if self._taught.active and self.open else None
         for label in self.values.values():
             label.clear()

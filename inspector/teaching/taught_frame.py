@@ -159,7 +159,7 @@ class TaughtFrame(QObject):
 
     @property
     def tau(self) -> float:
-        """The τ of the chain in the review, in radians; 0 without a clip."""
+        """The τ of the selected chain in the review, in radians, or 0 if no clip is open."""
         document = self.document
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 

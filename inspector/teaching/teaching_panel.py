@@ -103,7 +103,7 @@ class TeachingPanel(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Update the numbers, the plots and the gizmo."""
+        """Update the numbers in the tab, the plots and the gizmo for the current frame."""
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()

@@ -216,13 +216,13 @@ class CurvesPage(QWidget):
     # -- frames of a bar ----------------------------------------------------------------------
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar of the histogram."""
+        """Go to the first frame in the next bar of the strength histogram."""
         if self._may_reveal():
             self.bars.next_bar()
             self._show_place()
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar of the histogram."""
+        """Go to the next frame in the current bar of the strength histogram."""
         if self._may_reveal():
             self.bars.next_in_bar()
             self._show_place()
@@ -256,7 +256,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return rich text in a colour, without line breaks and followed by a gap."""
+    """Return a coloured text as rich text, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

@@ -45,9 +45,11 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """The table of the costs of all detectors, with two rows for each chain and for all chains.
+    """The table of the costs of all detectors.
 
-    The first row of each pair is about the suggested τ, and the second about the automatic τ.
+    The table has two rows for each chain, and two for all chains together.
+
+    The first row of each pair shows the suggested τ, and the second row the automatic τ.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:

@@ -226,7 +226,10 @@ class KindsPage(QWidget):
 
 
 def numbers_of(count: VerdictCount) -> str:
-    """Return a text with the numbers of found errors, false alarms and so on, after symbols."""
+    """Return a text such as "✓ 5  ✗ 2  + 1  ? 3".
+
+    The numbers are found errors, false alarms, missed errors and undecided intervals.
+    """
     score = count.score
     parts = [f"✓ {score.found}", f"✗ {score.alarms}"]
     if missed := score.errors - score.found:

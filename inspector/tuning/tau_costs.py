@@ -107,7 +107,7 @@ class Costs(QObject):
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return the number of intervals that a detector lists at τ (radians), or None if unknown.
+        """Return how many intervals of a chain a detector lists at τ (radians), or None if unknown.
 
         For the current detector, the counts are exact. For other detectors, they are the counts at
         the nearest measured τ.

@@ -97,7 +97,7 @@ class TuningActions:
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain, with its cost, to a file."""
+        """Write a profile with the current τ of every chain, and its cost, to a file."""
         data = self.document.data
         if data is None:
             return
@@ -159,7 +159,10 @@ class TuningActions:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the visible frames out of tuning, unless the whole clip is visible."""
+        """Leave the frames between `ends` out of tuning, unless this is the whole clip.
+
+        `ends` are the first and the last frame that the plots show.
+        """
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(

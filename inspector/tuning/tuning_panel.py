@@ -151,7 +151,7 @@ class TuningPanel(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def set_seen(self, seen: bool) -> None:
-        """Measure and draw only while the tab is visible."""
+        """Begin measuring and drawing when the tab becomes visible, or stop if `seen` is False."""
         self._seen = seen
         self._watch()
         if seen:
@@ -167,7 +167,7 @@ class TuningPanel(QWidget):
         self._watch_verdicts()
 
     def _watch_verdicts(self) -> None:
-        """Count verdicts only while a page that shows them is visible."""
+        """Begin counting verdicts if a page that shows them is visible, or stop if not."""
         looked_at = self.tabs.currentWidget() in (self.verdicts, self.kinds, self.confidence)
         self.evidence.watch(self._seen and looked_at and not self._blind)
 

@@ -297,7 +297,7 @@ def _limb_joint_text(taken: str) -> str:
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return the text to display for the role of a joint outside the arms and legs."""
+    """Return the text to display for the role `name` of a joint outside the arms and legs."""
     if name.helper:
         return tr("twist bone")
     if name.other:

@@ -1,4 +1,4 @@
-"""The page of keyboard shortcuts and mouse gestures, for its window and docs/shortcuts.md."""
+"""The list of keyboard shortcuts and mouse gestures, for a window and for docs/shortcuts.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The document and the views do the other work."""
+"""The main window with its docks, menus and layout."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class Presentation:
                 part.set_scale(scale)
 
     def _content(self, name: str) -> QWidget | None:
-        """Return the content of a dock, without its scroll area."""
+        """Return the content of the dock with this name, without its scroll area."""
         shown = self._docks[name].widget()
         if isinstance(shown, LatePanel):
             shown.build()

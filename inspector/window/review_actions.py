@@ -89,7 +89,10 @@ class ReviewActions:
     # -- decisions, and moving between intervals -------------------------------------------------
 
     def judge(self, decision: Decision) -> None:
-        """Set the decision for the selected intervals without moving the camera."""
+        """Set the decision for the selected intervals, and select the next undecided interval.
+
+        Unlike `decide`, this method does not move the camera.
+        """
         if self.document.data is not None:
             with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order)
@@ -99,7 +102,7 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
-        If the selected interval is outside the visible range of the plots, it is only scrolled into
+        If the selected interval is outside the visible range of the plots, it is only brought into
         view; the user then decides after seeing it.
         """
         if self._out_of_view():
@@ -367,7 +370,7 @@ class ReviewActions:
             self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch whether the selected correction also rotates the joints below the limb.
+        """Switch whether the correction of the selected interval also rotates the joints below it.
 
         These are the hand or foot of a flip, or the joints below a stretch. If the correction does
         not rotate them, they keep their captured rotation.
@@ -492,7 +495,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
+    """Return a sentence with the number of explained peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)

@@ -163,7 +163,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show an error message after the next clip has been opened, which clears messages."""
+        """Show an error message when the next clip is open, because opening clears messages."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)

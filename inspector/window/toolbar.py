@@ -21,7 +21,7 @@ _MARGIN = 2  # pixels around the buttons; the style's margin is wider
 
 
 class ToolBar(QToolBar):
-    """A toolbar with a button for each action. In a narrow window, some labels are hidden."""
+    """A toolbar with buttons for frequent actions. In a narrow window, some labels are hidden."""
 
     def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
