@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _wrong_arguments(arguments: argparse.Namespace) -> str:
-    """Return an error message if the arguments are wrong, or ''."""
+    """Return an error message about wrong command-line arguments, or '' if they are valid."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
         return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
@@ -75,7 +75,10 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
 
 
 def _missing_for_window() -> str:
-    """Return the reason why this system cannot open a window (Qt would crash), or ''."""
+    """Return the reason why this system cannot open a window, or ''.
+
+    Without this check, Qt would crash.
+    """
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")

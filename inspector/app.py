@@ -1,4 +1,4 @@
-"""Set up Qt, open the window, and handle signals of the system until the window is closed."""
+"""Set up Qt, open the window, and handle operating-system signals until the window is closed."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ _PATIENCE_MS = 500  # time to wait for cancelled work
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window with the given arguments, and return the exit code."""
+    """Run the program with its command-line arguments until the window closes.
+
+    Returns the exit code.
+    """
     path = settings_path()
     settings = load_settings(path)[0]
     language = arguments.language or settings.language
@@ -90,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _begin(window: MainWindow, path: Path | None) -> None:
-    """Open the given path, or offer to restore decisions that the last run did not save."""
+    """Open `path` or, if it is None, offer to restore unsaved decisions of the last run."""
     if path is None:
         window.files.offer_unsaved()
     else:
@@ -98,7 +101,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show an error message now and after a clip is opened, which clears messages."""
+    """Show an error message now, and again after a clip is opened, which clears messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
@@ -107,7 +110,7 @@ def _show_complaint(window: MainWindow, complaint: str) -> None:
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
-    """Return the script for --demo or --screenshot, or None."""
+    """Return the script to run for --demo or --screenshot, or None if neither option is given."""
     from inspector.window.demo import demo, screenshot
 
     if arguments.demo:

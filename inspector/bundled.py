@@ -1,4 +1,7 @@
-"""Paths of the clips, texts and icons that are shipped, in a wheel or in a checkout."""
+"""Paths of the clips, texts and icons that are shipped with the program.
+
+The files are in the package in an installed wheel, and in `assets` and `docs` in a checkout.
+"""
 
 from __future__ import annotations
 

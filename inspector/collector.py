@@ -1,8 +1,8 @@
 """Run Python's garbage collector only between two events of the GUI thread.
 
-By default, the collector runs in any thread that creates an object. Garbage may contain Qt objects.
-If they are deleted in another thread, or while PySide changes its table of connections, the program
-crashes or hangs.
+By default, the collector may run in any thread that creates an object. Garbage may contain Qt
+objects. If they are deleted in another thread, or while PySide is changing its table of
+connections, the program crashes or hangs.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ def collect_due() -> None:
 
 
 def exclude_from_collection() -> None:
-    """Exclude all existing objects from future collections, because they exist until the end.
+    """Exclude all existing objects from future collections.
 
-    A search through these objects would block the window for 0.15 s each time.
+    These objects exist until the program ends, and searching them would block the window for 0.15 s
+    each time.
     """
     gc.freeze()

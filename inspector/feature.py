@@ -1,7 +1,7 @@
 """Features of the window, each with its own menu rows, panels, settings and connections.
 
-Each feature is an object of :class:`Feature`, in the file `feature.py` of its folder. The list of
-all features is in `inspector/window/features.py`, and the window is built from that list.
+Each feature is a :class:`Feature` object in the file `feature.py` of its folder. The window is
+built from the list of all features in `inspector/window/features.py`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The parts of the window that features may use.
+    """The main window, with the attributes that features may use.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class HostWindow(QMainWindow):
     actions_by_id
         The actions, keyed by id.
     built
-        The parts that the features have built, keyed by the name of the feature.
+        The objects that the features have built, keyed by the name of the feature.
     """
 
     document: Document
@@ -68,7 +68,7 @@ class HostWindow(QMainWindow):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> object:
-            """Return a public attribute or property of the parts that the features have built."""
+            """Return a public attribute or property of a feature's :class:`FeatureParts`."""
             for part in vars(self).get("built", {}).values():
                 own = isinstance(getattr(type(part), name, None), property)
                 if not name.startswith("_") and (own or name in vars(part)):
@@ -76,7 +76,7 @@ class HostWindow(QMainWindow):
             raise AttributeError(f"the window has no attribute {name!r}", name=name, obj=self)
 
     def part(self, feature: Feature[Built]) -> Built:
-        """Return the parts that a feature has built for this window."""
+        """Return the :class:`FeatureParts` object that a feature has built for this window."""
         return cast("Built", self.built[feature.name])
 
     def open_path(self, path: Path) -> None:
@@ -84,18 +84,18 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a message. Returns True if the session is on disk."""
+        """Save the review and show only errors. Returns True if the session is on disk."""
         raise NotImplementedError
 
 
 class FeatureParts:
-    """The parts that a feature builds.
+    """The objects that a feature builds for a window, such as its panel and its actions.
 
-    Their public attributes and properties become attributes of the window.
+    Public attributes and properties of a subclass become attributes of the window.
     """
 
     def connect(self, window: HostWindow) -> None:
-        """Create the parts that need docks, and connect this feature with others."""
+        """Create the objects that need docks, and connect this feature with others."""
 
     def take(self, path: Path) -> bool:
         """Open a dropped file. Returns False if the feature cannot open this kind of file."""
@@ -117,7 +117,8 @@ class Tool:
         The position from the left. There is a separator between positions whose tens digits differ,
         such as 19 and 20.
     spared
-        The order in which labels are hidden in a narrow window: first 1, then 2, then 0.
+        A number that determines when the label is hidden in a window that becomes narrower: labels
+        with 1 are hidden first, then those with 2, then those with 0.
     """
 
     word: str
@@ -127,7 +128,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class ActionRow(Generic[T]):
-    """A row of a menu. `T` is the type of the object on which the action acts.
+    """A menu entry and its action. `T` is the type of the object on which the action acts.
 
     Attributes
     ----------
@@ -170,7 +171,7 @@ class ActionRow(Generic[T]):
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action of the row, so that it acts on `on`."""
+        """Connect the action of this row to the object `on`, on which it acts."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,7 @@ class ActionSpec(ActionRow[T]):
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action of the row, so that it runs the command on `on`."""
+        """Connect the action of this row so that it runs the command with the object `on`."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -195,13 +196,13 @@ class Switch(ActionRow[T]):
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action of the row, so that it switches the setting of `on`."""
+        """Connect the action of this row so that it switches the setting of the object `on`."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 
 @dataclass(frozen=True)
 class MenuRows(Generic[T]):
-    """Rows of one menu; None is a separator.
+    """Rows that a feature adds to one menu. In `rows`, None is a separator.
 
     `after` is the id of the row after which the rows are inserted, or '' for the end of the menu.
     """
@@ -213,7 +214,7 @@ class MenuRows(Generic[T]):
 
 @dataclass(frozen=True)
 class DockPanel(Generic[T]):
-    """A dock of the window.
+    """The description of a dock of the window.
 
     Attributes
     ----------
@@ -224,7 +225,7 @@ class DockPanel(Generic[T]):
     area
         The initial area of the dock.
     content
-        A function that returns the widget in the dock.
+        A function that returns the widget to show in the dock.
     shown
         True if the dock is visible initially.
     empty_at_start
@@ -248,7 +249,7 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A check box in the preferences.
+    """A check box in the preferences for a setting that is on or off.
 
     Attributes
     ----------
@@ -274,7 +275,7 @@ class Feature(Generic[Built]):
     name
         The name of the feature.
     build
-        A function that creates the parts of the feature, before any dock exists.
+        A function that creates the objects of the feature. It is called before any dock exists.
     rows
         The rows that the feature adds to menus.
     panels

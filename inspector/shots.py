@@ -1,4 +1,4 @@
-"""Take the pictures and the film in the docs from the real window: `dev.py shot [NAME…]`."""
+"""Take the screenshots and record the film for the docs: `dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ _FILMED = "LeftForeArm"
 
 
 def main() -> int:
-    """Take the named pictures, or all pictures and the film, and return the exit code."""
+    """Take the pictures named on the command line, or all pictures and the film.
+
+    Returns the exit code.
+    """
     make_application()
     use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog
@@ -213,7 +216,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """Record the README's film: before and after with the striped skin, at a tenth of real time."""
+    """Record the film in the README, which shows the sample before and after the correction."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
@@ -279,7 +282,7 @@ def act(window: MainWindow, *names: str) -> None:
 
 
 def wait(milliseconds: int) -> None:
-    """Run the event loop for some milliseconds. Unlike QTest.qWait, this lets threads run."""
+    """Run the event loop for some milliseconds. Unlike with QTest.qWait, other threads can run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
@@ -305,13 +308,13 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str) -> None:
-    """Save a screenshot of the window as soon as it has stopped changing."""
+    """Save a screenshot of the window, under a name in the docs, when it has stopped changing."""
     wait(_SETTLE_MS)
     keep(steady_picture(window), name)
 
 
 def keep(picture: QImage, name: str) -> None:
-    """Write an image to the folder of images in the docs."""
+    """Write an image as PNG to the folder of images in the docs."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))

@@ -1,4 +1,4 @@
-"""Check for the system libraries and the screen that a window needs, and name their packages.
+"""Check whether the system libraries and the screen that a window needs are available.
 
 This module uses only the standard library of any Python 3, because dev.py runs it before anything
 is installed.
@@ -52,7 +52,7 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Return the missing libraries, each with its Debian package.
+    """Return the missing system libraries, as a dict of library name → Debian package.
 
     `platform` is the name of Qt's platform plugin.
     """

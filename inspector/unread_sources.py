@@ -1,8 +1,8 @@
 """Start faster by stopping PySide from reading the source code of each imported module.
 
 PySide reads source code to support `from __feature__ import`, which this program does not use.
-Reading takes a sixth of the processor time of the start. PySide 6.10 has no setting to prevent it.
-With other versions, this module may have no effect.
+Reading takes a sixth of the processor time at startup, and PySide 6.10 has no setting to prevent
+it. With other versions of PySide, this module may have no effect.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A folder written by `twistcore batch`: its results, and the progress of the reviews."""
+"""A folder written by `twistcore batch`: its results and the progress of its reviews."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "-
 
 
 class BatchFolder(QObject):
-    """The clips in the manifest of a batch, with the progress of their reviews.
+    """The clips in the manifest (database) of a batch, with the progress of their reviews.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ class BatchFolder(QObject):
         task.start()
 
     def when_recorded(self, then: Callable[[], None]) -> None:
-        """Call `then` as soon as all decisions are recorded."""
+        """Call `then` as soon as all decisions are recorded in the manifest."""
         if self._noting:
             self._then = then
         else:

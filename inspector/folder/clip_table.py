@@ -25,5 +25,5 @@ _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
 
 
 def clip_table(clips: Iterable[QueuedClip]) -> str:
-    """Return a table of clips as CSV, with one line per clip in the given order."""
+    """Return a table of clips as CSV, with one row per clip in the given order."""
     return csv_text(tuple(_COLUMNS), [{k: of(c) for k, of in _COLUMNS.items()} for c in clips])

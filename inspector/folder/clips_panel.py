@@ -95,7 +95,10 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return the sort keys of a clip, one per column. Reviews are sorted by remaining work."""
+    """Return the sort keys of a clip, one per column.
+
+    In the review column, clips are sorted by the number of undecided intervals.
+    """
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -152,7 +155,7 @@ def _tip(clip: QueuedClip) -> str:
 
 
 def _spoken(clip: QueuedClip) -> dict[int, str]:
-    """Return the texts that screen readers read for cells with a symbol or a bar."""
+    """Return the texts that screen readers read for cells with a symbol or a bar, by column."""
     words = {}
     if clip.waits:
         words[0] = tr("{name}: unsaved decisions can be restored", name=clip.title)
@@ -164,7 +167,10 @@ def _spoken(clip: QueuedClip) -> dict[int, str]:
 
 
 class _SeverityBar(RowDelegate):
-    """Draws a bar below the severity. The scale is a square root, up to the worst listed clip."""
+    """Draws a bar below the severity of each clip.
+
+    The length of the bar is proportional to the square root of the severity.
+    """
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
         super().__init__(model, parent)
@@ -251,7 +257,7 @@ class ClipsPanel(QWidget):
         self._show_precision()
 
     def sizeHint(self) -> QSize:
-        """Return a size with room for a few rows."""
+        """Return a size in which a few rows of the table are visible."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
         height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
@@ -279,8 +285,8 @@ class ClipsPanel(QWidget):
     def _sort_by(self, column: int) -> None:
         """Sort by a column after a click on its heading.
 
-        A second click reverses the order, and a third click restores the initial order, worst
-        first.
+        A second click reverses the order. A third click restores the initial order, in which the
+        worst clip is first.
         """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
@@ -302,7 +308,7 @@ class ClipsPanel(QWidget):
         return clips
 
     def _take_news(self) -> None:
-        """Update the table. While many clips are being analysed, wait a moment first."""
+        """Update the table. While clips are being analysed, wait a moment to collect changes."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():

@@ -25,14 +25,14 @@ _PATTERN = tr("Tables (*.csv);;All files (*)")
 
 @dataclass(eq=False)
 class FolderActions:
-    """Writes the folder's clips as a CSV table, and the report of a batch.
+    """Writes the list of the folder's clips as a CSV table, and the report of a batch.
 
     Attributes
     ----------
     listed
-        A function that returns the listed clips.
+        A function that returns the clips in the list.
     save
-        A function that saves the review.
+        A function that saves the open review.
     """
 
     queue: FolderQueue
@@ -107,9 +107,9 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """Stop the process that writes the report, because the program ends.
+        """Stop the process that writes the report, because the program is closing.
 
-        All pages written so far are complete.
+        All pages that were written until then are complete.
         """
         report, self._report = self._report, None
         if report is not None:

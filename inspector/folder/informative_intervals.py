@@ -1,4 +1,4 @@
-"""The automatic corrections of a folder, the most informative to judge first."""
+"""Order the automatic corrections in a folder by how informative a verdict on them would be."""
 
 from __future__ import annotations
 
@@ -37,7 +37,11 @@ _Known = dict[tuple[Path, int, tuple[AutomaticCorrection, ...]], _Verdicts]
 
 @dataclass(frozen=True)
 class Informative:
-    """An automatic correction of a clip, with its verdict: True if it is right, or None."""
+    """An automatic correction of a clip with its verdict.
+
+    The verdict is True if the correction is right, False if it is wrong, and None if it has not
+    been judged.
+    """
 
     path: Path
     correction: AutomaticCorrection
@@ -47,9 +51,9 @@ class Informative:
 class InformativeIntervals(QObject):
     """Orders a folder's automatic corrections, and estimates how many of them are right.
 
-    A correction comes earlier if its verdict says more about the others. Sessions are read in the
-    background, after the whole folder has been analysed. After :meth:`look`, the signal `found` is
-    emitted with the next correction to judge, or None.
+    The first corrections in the order are those whose verdicts would reveal most about the
+    remaining ones. Sessions are read in the background after the whole folder has been analysed.
+    After :meth:`look`, the signal `found` is emitted with the next correction to judge, or None.
     """
 
     changed = Signal()
@@ -81,7 +85,7 @@ class InformativeIntervals(QObject):
         self._start()
 
     def words(self) -> str:
-        """Return a sentence about the precision of the corrections that have no verdict."""
+        """Return a sentence about the estimated precision of the corrections without a verdict."""
         if (stated := self.stated) is not None:
             return tr(
                 "About {share:.0f} % of the other {left} automatic corrections are right "
@@ -142,10 +146,10 @@ class InformativeIntervals(QObject):
 def _judged(
     clips: Sequence[QueuedClip], own: Mapping[Path, _Verdicts], known: _Known, tell: Tell
 ) -> tuple[tuple[Informative, ...], StatedPrecision | None, _Known]:
-    """Return the corrections in order, the estimated precision, and the cache of verdicts.
+    """Return the corrections in order, the estimated precision, and a new cache of verdicts.
 
-    `own` has the verdicts on the open clip, whose session may be older than its review. `known` is
-    the previous cache.
+    `own` contains the verdicts on the open clip, whose session file may be older than its review.
+    `known` is the previous cache.
     """
     rows: list[Informative] = []
     still = _Known()

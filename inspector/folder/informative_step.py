@@ -1,4 +1,4 @@
-"""Go to the automatic correction, in any clip of the folder, that is most informative to judge."""
+"""Go to the automatic correction in the folder whose verdict would be most informative."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class InformativeStep:
         return tr("No clip of this folder has an automatic correction.")
 
     def _arrive(self) -> None:
-        """Select the wanted interval after its clip was opened."""
+        """Select the most informative interval after its clip has been opened."""
         wanted, document = self._wanted, self._window.document
         data = document.data
         if wanted is None or data is None:

@@ -99,7 +99,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """The surveyed clips, the worst first, followed by waiting and by failed clips."""
+        """The surveyed clips, the worst first, then waiting clips, then failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -132,7 +132,10 @@ class FolderQueue(QObject):
         return done >= min(_ENOUGH, math.ceil(total / 10))
 
     def worse_than(self, path: Path) -> QueuedClip | None:
-        """Return the worst clip with undecided intervals if it is worse than the clip at `path`."""
+        """Return the worst clip that is still to be reviewed, or None.
+
+        The result is None if this clip is not worse than the clip at `path`.
+        """
         if path not in self.clips:
             return None
         least = self.clips[path].severity
@@ -140,14 +143,20 @@ class FolderQueue(QObject):
         return worst if worst is not None and worst.severity > least else None
 
     def next_after(self, path: Path | None) -> Path | None:
-        """Return the next clip with undecided intervals after `path`, from worst to best."""
+        """Return the next clip, from worst to best, with undecided intervals or unsaved decisions.
+
+        The search starts after `path` and wraps around at the end. Returns None if there is none.
+        """
         ordered = self.ordered
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
         behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the path by which the folder lists a clip, or `path` if it does not list it."""
+        """Return the path under which the folder lists the clip at `path`.
+
+        If the folder does not list this clip, `path` itself is returned.
+        """
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
@@ -162,7 +171,7 @@ class FolderQueue(QObject):
 
     @property
     def profile_text(self) -> str:
-        """A description of the τ with which clips are surveyed and opened."""
+        """A text that describes the source of τ for surveying and opening clips."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
@@ -180,7 +189,7 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey the clips of a folder, with the τ of a profile if given.
+        """Survey (analyse) the clips of a folder, with the τ of a profile if given.
 
         The survey of another folder is stopped. In a folder written by `twistcore batch`, only
         clips without a result are surveyed.
@@ -223,7 +232,10 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Use the results in the manifest unless a profile sets τ, and survey the other clips."""
+        """Use the results in the manifest of a batch, and survey the remaining clips.
+
+        If a profile sets τ, the results of the batch are not used.
+        """
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -231,7 +243,7 @@ class FolderQueue(QObject):
             return
         for clip in clips:
             before = self.clips.get(clip.path)
-            # the earlier number is newer, for example if the clip is open
+            # The known number is newer than the manifest's, for example if the clip is open
             if before is not None and before.decided is not None:
                 clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
@@ -264,14 +276,14 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _continue(self) -> None:
-        """Start to survey the waiting clips."""
+        """Start surveying the waiting clips."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._poll_workers()
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Change fields of a clip's entry, if the folder still lists the clip."""
+        """Update fields in the entry of a clip, if the folder still lists the clip."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
@@ -294,7 +306,7 @@ class FolderQueue(QObject):
             self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
-        """Record the numbers of decided and of all intervals of a clip."""
+        """Record the progress of a clip's review: the numbers of decided and of all intervals."""
         if path in self.clips and self.clips[path].decided != decided:
             self._put(path, decided=decided)
             self.changed.emit()
@@ -353,7 +365,10 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """Handle an answer, a timeout or the death of a worker. Return False if there is none."""
+        """Handle an answer, a timeout or the end of a worker process.
+
+        Returns False if nothing has happened.
+        """
         if worker.path is None:
             return False
         try:

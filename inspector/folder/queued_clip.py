@@ -42,14 +42,14 @@ class QueuedClip:
     Attributes
     ----------
     severity
-        In degrees; −1 while it is unknown.
+        The severity in degrees; −1 while it is unknown.
     intervals
         The number of intervals found.
     reason
         The reason why the analysis failed or, if `unchecked` is True, why nothing could be checked.
     decided
-        The numbers of decided and of all intervals, from the open review or from the session; None
-        without either.
+        The numbers of decided and of all intervals in the open review or in the session; None if
+        the clip has neither.
     unchecked
         True if nothing in the clip could be checked.
     exported
@@ -82,9 +82,9 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """The name for lists: the name in the batch, or the file name.
+        """The name to display: the name in the batch or, if there is none, the file name.
 
-        A BVH file is shown without its suffix.
+        The suffix of a BVH file is left out.
         """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
@@ -101,7 +101,7 @@ class QueuedClip:
 
     @property
     def clean(self) -> bool:
-        """Return True if the whole clip was checked and nothing was found."""
+        """Return True if the whole clip was checked, no error was found and nothing is unsaved."""
         lacks = self.unchecked or self.missing or self.unexamined
         ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits

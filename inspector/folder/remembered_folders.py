@@ -1,4 +1,4 @@
-"""Records of recent folders: the clip that was last open in each, and the τ for its clips."""
+"""Records of recent folders: the last open clip and the τ of each folder."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ def _new() -> dict[str, Any]:
 def _merged(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Merge our changes of a folder's record into the record that another window has saved.
+    """Merge this window's changes to a folder's record into the record saved by another window.
 
-    The three values that set τ are always copied together.
+    `old` is the record before the changes, `new` the record after them, and `other` the saved one.
+    The three values that determine τ are always copied together.
     """
     if other is None:
         return new
@@ -58,7 +59,7 @@ NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
 
 
 def folder_record(settings: Settings, folder: Path) -> dict[str, Any]:
-    """Return the record of a folder."""
+    """Return the record of a folder, or a new record if the folder has not been opened before."""
     return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
 
 
@@ -68,7 +69,7 @@ def recent_folders(settings: Settings) -> list[Path]:
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Change some fields of a folder's record, and make it the latest record."""
+    """Update fields in the record of a folder, and move the folder to the top of recent folders."""
     now = folder_record(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}

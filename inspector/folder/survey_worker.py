@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def work(pipe: Connection) -> None:
-    """Answer each (path, profile) from the pipe with a ClipSurvey or an error message.
+    """For each (path, profile) from the pipe, send back a ClipSurvey or an error message.
 
     The process ends when the pipe or the window closes, even during a survey.
     """

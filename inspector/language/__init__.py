@@ -1,4 +1,7 @@
-"""Translate the texts of the window: English as in the code, or from `assets/languages`."""
+"""Translate the texts of the window, which are in English in the code.
+
+The translations are in `assets/languages`.
+"""
 
 from inspector.language.catalogue import (
     announced,

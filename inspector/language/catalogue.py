@@ -1,4 +1,4 @@
-"""Return texts in the language that is chosen when the program starts.
+"""Translate texts to the language that is chosen when the program starts.
 
 The code contains the English text, as in `tr("Accept {count} intervals", count=7)`. Values are
 inserted by name, so that a translation can put them in a different order. Each language is one PO
@@ -40,7 +40,7 @@ def codes() -> tuple[str, ...]:
 
 @cache
 def languages() -> dict[str, str]:
-    """Return the names of the available languages, each in that language, keyed by code."""
+    """Return the native names of the available languages, such as 'Deutsch', keyed by code."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata.get("Language-Name", code)
@@ -48,10 +48,11 @@ def languages() -> dict[str, str]:
 
 
 def language_to_use(setting: str, of_system: Iterable[str]) -> str:
-    """Return the code of the language to use: the setting, or the first available system language.
+    """Return the code of the language to use.
 
-    `setting` is a language code or 'system'. `of_system` lists the languages of the system as codes
-    such as 'de-AT', in order of preference.
+    This is the language in `setting` or, if it is 'system' or not available, the first available
+    language in `of_system`, which are codes such as 'de-AT' in order of preference. If none is
+    available, the language is English.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()
@@ -80,18 +81,18 @@ def chosen_language() -> str:
 
 
 def in_language(page: Path) -> Path:
-    """Return the translation of a lesson or page, or the page itself if it is not translated."""
+    """Return the path of a page's translation, or of the page itself if there is no translation."""
     own = LESSONS / _language / page.name
     return own if own.is_file() else page
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return pairs (template, translation) of the sentences of twistcore; empty in English."""
+    """Return (template, translation) for each sentence of twistcore; in English, an empty list."""
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
 def tr(text: str, /, **values: object) -> str:
-    """Return a text in the chosen language, with `values` inserted by name as in `str.format`.
+    """Translate a text, and insert `values` by name as in `str.format`.
 
     Control characters in the values are escaped, because the values may come from files.
     """
@@ -109,7 +110,7 @@ def announced(text: str) -> str:
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
-    """Return the translation of `one` or `many`, depending on `number`.
+    """Translate the singular `one` if `number` is 1, or the plural `many` if not.
 
     `{n}` in the text is replaced by `number`, unless `values` contains an n.
     """
@@ -142,7 +143,7 @@ def _legible_values(values: dict[str, object]) -> dict[str, object]:
 
 
 def _read(file: Path) -> polib.POFile:
-    """Read a catalogue; a damaged one has no texts."""
+    """Read a catalogue. If the file is damaged, return an empty catalogue."""
     import polib  # imported only if needed, since English has no catalogue
 
     try:

@@ -46,10 +46,10 @@ _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """Return a sentence of twistcore in the chosen language, or unchanged if no template fits.
+    """Translate a sentence of twistcore. If no template matches, return it unchanged.
 
-    `said` is a text or an error. A sentence with several parts is translated part by part. Control
-    characters are escaped.
+    `said` is a text or an error. If no template matches the whole sentence, its parts are
+    translated one by one. Control characters are escaped.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
     return sentence if language == SOURCE else _translated(language, sentence)[0]
@@ -57,9 +57,9 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence, and the number of letters that templates match.
+    """Return the best translation of a sentence, and the number of characters in its templates.
 
-    In the best translation, templates match most letters.
+    The best translation is the one whose templates cover the most characters of the sentence.
     """
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
@@ -83,7 +83,11 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at `joint` into the first part, the rest, and a bracket after the rest."""
+    """Split a sentence at the separator `joint` into the first part and the rest.
+
+    If the separator is an opening bracket, the closing bracket is returned separately: (first,
+    (rest, bracket)). The bracket is '' if there is none.
+    """
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -91,7 +95,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
-    """Return each template's longest fixed part, pattern, number of letters and translation."""
+    """Return each template as (longest fixed part, pattern, number of characters, translation)."""
     entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)

@@ -68,7 +68,7 @@ _Key = tuple[str, str, str]  # context, text, plural
 
 
 def main() -> int:
-    """Update every catalogue, and return the exit code."""
+    """Update the catalogue of every language, and return the exit code."""
     texts = set(texts_in_code())
     for file in sorted(LANGUAGES.glob("*.po")):
         known = {key(entry): entry for entry in polib.pofile(str(file))}
@@ -84,12 +84,12 @@ def main() -> int:
 
 
 def key(entry: polib.POEntry) -> _Key:
-    """Return the key of an entry: its context, text and plural."""
+    """Return the key of a catalogue entry: its context, text and plural."""
     return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
 
 
 def texts_in_code() -> Iterator[_Key]:
-    """Yield every text that the code may show."""
+    """Yield the key of every text in the code that the window may show."""
     for module in sorted((_ROOT / "inspector").rglob("*.py")):
         for node in ast.walk(ast.parse(module.read_text("utf-8"))):
             if (call := _name(node)) in _CALLS and isinstance(node, ast.Call):
@@ -112,7 +112,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """Yield templates of all strings that look like texts for users, except docstrings."""
+    """Yield a template for each string that looks like a text for users, except docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
@@ -141,7 +141,7 @@ def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _numbered(template: str) -> str:
-    """Return a template whose placeholders are numbered instead of named."""
+    """Replace the named placeholders of a template with numbers, and return the template."""
     for number, name in enumerate(re.findall(r"\{\w+\}", template)):
         template = template.replace(name, f"{{{number}}}", 1)
     return template

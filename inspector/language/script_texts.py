@@ -12,9 +12,9 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Yield (meaning, text) for each text. The meaning may be ''.
+    """Yield (meaning, text) for each text to translate in a script. The meaning may be ''.
 
-    Texts joined by + are yielded as one text.
+    Strings joined with + are yielded as one text.
     """
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))

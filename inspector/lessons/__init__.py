@@ -1,1 +1,1 @@
-"""The parts of the window that teach: the tour, lessons, exercises and scores of a class."""
+"""The guided tour, lessons, exercises, and exercises for a class with scores."""

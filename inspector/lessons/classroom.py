@@ -38,7 +38,7 @@ from twistcore.synthesis.truth import Truth, read_truth, write_truth
 def with_hidden_errors(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
-    """Return a motion with hidden errors, the errors, and the intervals to judge.
+    """Hide random errors in a motion. Return the motion, the errors and the intervals to judge.
 
     Parameters
     ----------
@@ -60,14 +60,14 @@ def with_hidden_errors(
 
 
 def open_for_review(path: Path, listed: Sequence[Interval]) -> Analysed:
-    """Return a clip whose review has the given intervals, with the detector switched off."""
+    """Read a clip and return it with a review of the given intervals and without a detector."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)
 
 
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
-    """Write an exercise, its clip and its key to the same folder. Return the paths of clip and key.
+    """Write an exercise, its clip and its answer key to one folder. Return paths of clip and key.
 
     Raises FormatError if the clip or the key already exists. Only the exercise file may be
     overwritten, because the file dialog has asked the user about this file.
@@ -86,7 +86,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
 
 
 def exercise_files(exercise: Path) -> tuple[Path, Path]:
-    """Return the paths for the clip and the key of a new exercise.
+    """Return the paths for the clip and the answer key of a new exercise.
 
     Raises FormatError if one of these files exists.
     """
@@ -103,7 +103,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
-    """Open an exercise of a class. A copy of its clip is written to `folder`."""
+    """Open a class exercise for a student. A copy of its clip is written to `folder`."""
     exercise = read_exercise(path)
     clip = path.with_name(exercise.clip)
     if not is_file(clip):
@@ -133,7 +133,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
 
 
 def score_answers(files: Sequence[Path]) -> str:
-    """Score the answers of the students with the key, and return the scores as CSV.
+    """Compare the students' answers with the answer key, and return the scores as CSV.
 
     `files` are the paths of the key and of the answers, in any order.
     """

@@ -14,7 +14,7 @@ from twistcore.synthesis import InjectedError
 
 
 def exercise_page() -> tuple[str, str, str]:
-    """Return the title, the text and the task of the exercise page."""
+    """Return the title, the text and the task of the page that explains the exercise."""
     head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 

@@ -22,7 +22,7 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Lessons(FeatureParts):
-    """The guide card and the actions of the Teach menu."""
+    """The card that shows the pages of lessons, and the actions of the Teach menu."""
 
     def __init__(self, window: HostWindow) -> None:
         self.guide = GuideCard(window.part(teaching).typesetter, window.colours)
@@ -53,7 +53,7 @@ class Lessons(FeatureParts):
         self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], window)
 
     def close(self) -> None:
-        """Close the window of the five trackers."""
+        """Close the window "Why quaternions" if it is open."""
         if (trackers := self.lesson_actions.five_trackers) is not None:
             trackers.close()
 

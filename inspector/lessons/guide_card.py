@@ -1,4 +1,4 @@
-"""The card that shows a page of a lesson or exercise, its task, and whether the task is done."""
+"""The card that shows a page of a lesson or exercise with its task."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ _ROLES = (1.0, "accepted"), (0.5, "undecided"), (0.0, "rejected")
 
 
 class GuideCard(QWidget):
-    """A card with a page, its task, and the buttons of the lesson or exercise."""
+    """A card with a page of a lesson or exercise, its task, and buttons.
+
+    The card also shows whether the task is done.
+    """
 
     linked = Signal(str)  # with the address of a clicked link
 
@@ -52,7 +55,7 @@ class GuideCard(QWidget):
         self._show_task(self._mark)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text; 1 is the normal size. A larger size suits a lecture hall."""
+        """Scale the text; 1 is the normal size, and larger values are for a lecture hall."""
         normal = QFontInfo(QApplication.font()).pixelSize()
         self._size = max(round(normal * scale), _READABLE) if scale > 1.0 else normal
         title = round(_TITLE * self._size)
@@ -61,7 +64,7 @@ class GuideCard(QWidget):
         self._show_task(self._mark)
 
     def prepare(self, formulas: Sequence[str]) -> None:
-        """Start to typeset formulas before the pages that contain them are shown."""
+        """Start typesetting formulas before the pages that contain them are shown."""
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
@@ -86,7 +89,10 @@ class GuideCard(QWidget):
         self._show_task("✓" if done else "▸")
 
     def set_result(self, text: str, share: float) -> None:
-        """Show a result instead of the task, in a colour for the share of right answers, 0…1."""
+        """Show a result instead of the task.
+
+        The colour depends on `share`, the share of right answers, 0…1.
+        """
         self._task, self.done = text, True
         self._role = next(role for least, role in _ROLES if share >= least)
         self._show_task("✓" if share == 1.0 else "✗")
@@ -100,7 +106,11 @@ class GuideCard(QWidget):
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton
     ) -> None:
-        """Show buttons in a row, `controls` in a row above, and the button `leave` at the top."""
+        """Replace the buttons of the card.
+
+        `buttons` are in a row at the bottom, `controls` in the row above, and `leave` is at the
+        top.
+        """
         rows = (self._buttons, buttons), (self.controls, controls), (self._leave, [leave])
         for row, wanted in rows:
             while item := row.takeAt(0):
@@ -112,7 +122,7 @@ class GuideCard(QWidget):
 
 
 def leave_button(tip: str) -> QToolButton:
-    """Return the small button at the top of the card with which the user ends the lesson."""
+    """Return the button, at the top of the card, that ends the lesson or exercise."""
     return tool_button(tr_as("button", "End"), tip, flat=False)
 
 

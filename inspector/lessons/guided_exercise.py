@@ -39,7 +39,7 @@ _HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write yo
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """Write a copy of a clip with hidden errors. Return it, opened for review, and the errors.
+    """Write a copy of a clip with hidden errors. Return the opened copy and the errors.
 
     This function is thread-safe.
 
@@ -67,7 +67,7 @@ class Exercise(QObject):
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise. The seed chooses one of the sample clips `clips`."""
+        """Create the exercise. `clips` are sample clips, one of which is chosen by the seed."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
@@ -121,7 +121,7 @@ class Exercise(QObject):
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls, the Start button and, after it, the button `last`."""
+        """Show the controls and the buttons: first the Start button, then the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
@@ -155,7 +155,7 @@ class Exercise(QObject):
         self._judged()
 
     def _show_skin(self) -> None:
-        """Show the intervals and the striped skin until the exercise ends."""
+        """Show the list of intervals and the striped skin until the exercise ends."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)
@@ -222,7 +222,7 @@ class Exercise(QObject):
     def do_one(self, path: Path) -> None:
         """Open a class exercise with a copy of its clip.
 
-        It ends without a score, because only the teacher has the key.
+        The exercise ends without a score, because only the teacher has the answer key.
         """
         self.before_leaving(partial(self._open, path))
 
@@ -275,7 +275,7 @@ class Exercise(QObject):
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask for a path, write the verdicts to it, then call `then`."""
+        """Ask for a path, write the verdicts to it and, on success, call `then`."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 
@@ -286,7 +286,7 @@ class Exercise(QObject):
         ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
-        """Write all intervals with their verdicts, the user's name and the time taken.
+        """Write all intervals with their verdicts, the user's name and the time needed.
 
         Returns True on success.
         """
@@ -310,7 +310,7 @@ class Exercise(QObject):
         return True
 
     def go_to(self, address: str) -> None:
-        """Follow a link in the score: select the chain and go to the frame of the link."""
+        """Follow a link in the score: select the chain in the link, and go to its frame."""
         chain, _, frame = address.removeprefix("at:").rpartition("/")
         if self.running and chain:
             document = self._program.document

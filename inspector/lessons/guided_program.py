@@ -1,4 +1,4 @@
-"""The parts of the program that lessons and exercises use, without the window itself."""
+"""The parts of the program that lessons and exercises use."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class GuidedProgram:
     show_intervals, show_teaching
         Functions that bring the intervals tab or the teaching tab to the front.
     dimming
-        Dims the places that the reader need not watch.
+        Dims the parts of the window that the user need not watch.
     """
 
     document: Document

@@ -21,7 +21,7 @@ _OVER = tr(
 
 
 class Aside:
-    """The user's own clip while it is put aside, and a folder for the borrowed clip.
+    """Replaces the user's own clip with a borrowed clip, and restores the user's clip later.
 
     A borrowed clip is a clip that a lesson or an exercise has opened. While it is open, the user's
     review stays in memory; unsaved changes are also in the journal on disk.
@@ -40,13 +40,13 @@ class Aside:
 
     @property
     def own(self) -> Analysed | None:
-        """The user's own clip, whether it is open or put aside, or None if there is none."""
+        """The user's own clip, either open or put aside; None if there is none."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data
 
     def folder(self) -> Path:
-        """Return the folder for the borrowed clip and the files of its review."""
+        """Return a temporary folder for the borrowed clip and the files of its review."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
         return self._folder
@@ -54,8 +54,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Put the user's own clip aside, and open a borrowed clip.
 
-        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
-        decisions carry the reviewer's name.
+        `why` is a sentence with the reason why the review of the borrowed clip is not saved.
+        `signed` is True if decisions carry the reviewer's name.
         """
         document = self._document
         document.leaving.emit()
@@ -71,15 +71,15 @@ class Aside:
     def _to_keep(self) -> Path:
         """Return the folder for exports of a borrowed clip.
 
-        This is the folder of the user's own clip or, without such a clip, the home folder.
+        This is the folder of the user's own clip or, if there is none, the home folder.
         """
         own = self._kept[0].clip.path.absolute() if self._kept is not None else None
         return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
-        """Show the user's own clip again, exactly as it was.
+        """Show the user's own clip again, in its previous state.
 
-        If no clip was open before, the borrowed clip stays open, only for viewing.
+        If no clip was open before, the borrowed clip stays open, but only for viewing.
         """
         if self._folder is None:
             return

@@ -32,12 +32,12 @@ _GUIDE_WIDTH = 330  # pixels
 
 @dataclass(eq=False)
 class LessonActions:
-    """The actions that start lessons, the exercise and the window of the five trackers.
+    """The actions that start lessons and exercises and open the window "Why quaternions".
 
     Attributes
     ----------
     dock
-        The dock with the guide card.
+        The dock with the guide card, which shows the pages of lessons.
     above
         The dock below which the guide card is shown during a lesson.
     """
@@ -67,11 +67,14 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _dim(self) -> None:
-        """Dim places, unless the guide card is closed, although its lesson goes on."""
+        """Dim parts of the window for the current page, unless the guide card is closed."""
         self.player.dim(on=not self.dock.isHidden())
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that come with the program, filled when first opened."""
+        """Add a menu of the lessons that are shipped with the program.
+
+        The menu is filled when it is opened for the first time.
+        """
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -115,7 +118,7 @@ class LessonActions:
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Start a lesson. If it cannot be read, show the reason and change nothing else."""
+        """Start a lesson. If the file cannot be read, only show the reason."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -150,11 +153,11 @@ class LessonActions:
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write the running lesson, or a lesson that the user chooses, as a web page."""
+        """Write the current lesson or, if none is running, a chosen lesson as a web page."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place and view to the clipboard, as the settings of a lesson page."""
+        """Copy the current frame, chain and view to the clipboard as settings of a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)
@@ -173,7 +176,7 @@ class LessonActions:
         self.hidden_errors.before_leaving(begin)
 
     def why_quaternions(self) -> None:
-        """Show the window in which five trackers follow one joint through ±180°."""
+        """Show the window in which five tracking filters follow a joint through ±180°."""
         if self.five_trackers is None:
             self.five_trackers = FiveTrackers(self.window.colours, self.window)
         bring_to_front(self.five_trackers)

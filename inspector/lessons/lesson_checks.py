@@ -1,4 +1,7 @@
-"""Check the conditions of a lesson page, and meet them when the user presses "Show me"."""
+"""Check the conditions of a task on a lesson page, and meet them if the user asks for help.
+
+The user asks for help with the button "Show me".
+"""
 
 from __future__ import annotations
 
@@ -26,16 +29,16 @@ _TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and the number of 
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page: the state at its start, and the singularities nudged since then.
+    """The state of a lesson page since the user has turned to it.
 
     Attributes
     ----------
     frame
-        The frame at the start.
+        The frame at which the page began.
     chain
-        The chain of the page, or '' for any chain.
+        The name of the page's chain, or '' for any chain.
     met
-        The singularities that have been nudged: 'swing', 'bend'.
+        The singularities at which the user has nudged the limb: 'swing', 'bend'.
     """
 
     program: GuidedProgram
@@ -58,7 +61,7 @@ def all_met(visit: Visit, conditions: Sequence[Condition]) -> bool:
 
 
 def meet_all(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Meet all conditions with the same actions that the user would perform."""
+    """Meet all conditions for the user, with the same actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
         # Every other condition stays met once it is met
@@ -91,7 +94,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Change the what-if values of the page's chain, with the teaching tab in front."""
+    """Select the page's chain in the teaching tab, and change the given what-if values."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -133,7 +136,10 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """Return True if the what-if values contain an error, even if it is corrected afterwards."""
+    """Return True if the what-if values contain a counter-twist of at least τ.
+
+    The result is the same if its correction is also applied.
+    """
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -160,7 +166,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """Return True if every singularity in the condition has been nudged."""
+    """Return True if the user has nudged the limb at every singularity in the condition."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -194,7 +200,7 @@ def _apply(visit: Visit, _: Condition) -> None:
 def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
     """Return an interval of the required kind with the given decision, or None.
 
-    If the selected interval matches, it is returned, else the first match.
+    The selected interval is preferred if it matches.
     """
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
@@ -226,7 +232,7 @@ def _accept(visit: Visit, condition: Condition) -> None:
 def _insert(visit: Visit, condition: Condition) -> None:
     """Insert an interval of the required kind at the page's frame.
 
-    The interval is inserted in the page's chain if possible, else in another chain.
+    If possible, the interval is inserted in the page's chain; if not, in another chain.
     """
     document = visit.program.document
     assert document.data is not None
@@ -257,7 +263,10 @@ def _listed(visit: Visit, condition: Condition) -> bool:
 
 
 def _list(visit: Visit, condition: Condition) -> None:
-    """Set τ to the middle of the widest range that gives the required number of intervals."""
+    """Set τ so that the page's chain has the required number of intervals.
+
+    The middle of the widest suitable range of τ is used.
+    """
     document = visit.program.document
     tau = np.radians(np.geomspace(*_TAU, _TRIED))
     found = (document.detector.intervals(visit.chain, float(t)) for t in tau)

@@ -1,4 +1,4 @@
-"""The conditions in a lesson file that decide whether the task of a page is done."""
+"""The conditions in a lesson file under which the task of a page is done."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SINGULAR = ("swing", "bend")
 
 
 def word_of(kind: Kind) -> str:
-    """Return the name of a kind of interval as one word."""
+    """Return the name of a kind of interval as one word with hyphens, such as 'limb-flip'."""
     return kind.value.replace(" ", "-")
 
 
@@ -49,7 +49,7 @@ CONDITIONS = {
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition of a task.
+    """A condition that must be met to complete a task.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Condition:
 
 
 def read_conditions(text: str) -> tuple[Condition, ...]:
-    """Read conditions separated by commas. Raises ValueError with the expected text.
+    """Read conditions separated by commas. Raises ValueError with a description of valid text.
 
     All conditions of a page must be met at the same time, so conflicting conditions are rejected.
     """
@@ -93,9 +93,9 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
 
 def met_from_start(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """Return True if the settings of the page alone meet all conditions.
+    """Return True if the settings of a page already meet all conditions of its task.
 
-    The task of such a page would be done from the start.
+    The user would then have nothing to do.
     """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing

@@ -1,4 +1,7 @@
-"""Read a lesson from a Markdown file: its pages, with the clip and the place that each shows."""
+"""Read a lesson from a Markdown file.
+
+Each page of a lesson has a text, a task and the place in a clip that the page shows.
+"""
 
 from __future__ import annotations
 
@@ -69,7 +72,7 @@ class LessonFile:
 
 
 def read_lesson(path: Path) -> LessonFile:
-    """Read a lesson. Raises FormatError with the file, the line and the expected text."""
+    """Read a lesson. Raises FormatError with the file, the line and a description of valid text."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
     except (TwistError, UnicodeDecodeError) as error:
@@ -112,7 +115,10 @@ def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, st
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """Return the indices of lines with a heading, ignoring '#' inside code fences."""
+    """Return the indices of lines that are headings, from line `first` on.
+
+    Lines with '#' inside code fences are not headings.
+    """
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -123,7 +129,10 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """Read a page, from its heading to the next heading. `before` is the previous page's place."""
+    """Read a page from the lines [start, stop), which begin with its heading.
+
+    `before` is the place of the previous page, from which the page inherits settings.
+    """
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
@@ -167,9 +176,9 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page, and its task as one line.
+    """Return the text of a page, and its task as a single line.
 
-    The task is the quoted paragraph at the end.
+    The task is the block quote at the end of the page.
     """
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
@@ -202,7 +211,10 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """Return the path of a clip in the lesson's folder, or of a bundled clip."""
+    """Return the path of a clip in the lesson's folder or, if it is not there, a bundled clip.
+
+    `path` is the file of the lesson.
+    """
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):

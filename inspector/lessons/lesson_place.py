@@ -1,4 +1,4 @@
-"""The place in a clip that a lesson page shows, and the settings that describe it in the file."""
+"""The place in a clip that a lesson page shows, and the settings that describe it in a file."""
 
 from __future__ import annotations
 
@@ -25,12 +25,14 @@ LOOKS = ("before", "after", "both")
 
 @dataclass(frozen=True)
 class Camera:
-    """The direction of view to a limb, in radians. Azimuth 0 is in front of the figure.
+    """The direction from which a limb is seen: azimuth and elevation in radians, and zoom.
+
+    At azimuth 0, the camera is in front of the figure.
 
     Attributes
     ----------
     zoom
-        The size of the limb relative to its default size.
+        The size of the limb in the image relative to its default size.
     """
 
     azimuth: float
@@ -40,7 +42,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class LessonPlace:
-    """The place and the view that a page shows.
+    """The place in a clip that a lesson page shows, and how the page shows it.
 
     Attributes
     ----------
@@ -49,9 +51,9 @@ class LessonPlace:
     chain
         The name of a chain or limb; '' for none.
     camera
-        The direction of view; None if the program chooses it.
+        The camera; None if the program chooses it.
     show
-        The symbols whose rows are listed; () for all.
+        The symbols whose equations are listed in the teaching tab; () for all.
     lit
         The symbol to highlight, or ''.
     what_if
@@ -69,7 +71,7 @@ class LessonPlace:
     detector
         The name of a detector; '' for the default.
     watched
-        The places of the window to watch, keys of PLACES; the others are dimmed. () dims nothing.
+        The parts of the window to watch, keys of PLACES; all others are dimmed. () dims nothing.
     """
 
     clip: Path
@@ -182,7 +184,7 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
-    """Return a function that reads an angle from `low` to `high` degrees and returns radians."""
+    """Return a function that reads an angle in degrees, `low` to `high`, and returns radians."""
     expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
@@ -235,7 +237,10 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 
 
 def settings(place: LessonPlace) -> str:
-    """Return the settings of a place as text for a lesson file, without the clip's folder."""
+    """Return the settings of a place as text for a lesson file.
+
+    The folder of the clip is left out.
+    """
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
         lines.append(f"chain: {place.chain}")
@@ -282,5 +287,8 @@ def _alterations(place: LessonPlace) -> list[str]:
 
 
 def _short(number: float, digits: int) -> str:
-    """Return a number as text with at most `digits` decimals, without trailing zeros and −0."""
+    """Return a number as text with at most `digits` decimals, without trailing zeros.
+
+    A negative zero is written as 0.
+    """
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

@@ -26,7 +26,7 @@ Clips = dict[tuple[Path, str], Analysed]  # keyed by the path in the lesson and 
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
-    """Return copies of a lesson's clips, written to `folder`.
+    """Write copies of a lesson's clips to `folder`, analyse the copies, and return them.
 
     Raises TwistError if a page does not fit its clip.
     """
@@ -109,7 +109,7 @@ class LessonPlayer(QObject):
         self.ended.emit()
 
     def dim(self, *, on: bool) -> None:
-        """Dim the places that the reader need not watch, or no place if `on` is False."""
+        """Dim the parts of the window that the user need not watch, or none if `on` is False."""
         shown = on and self.at >= 0
         self._program.dimming.watch(self.pages[self.at].place.watched if shown else ())
 

@@ -1,4 +1,4 @@
-"""Show the text of a page: Markdown with TeX between $…$, typeset like the equations."""
+"""Show the text of a lesson page, which is Markdown with TeX formulas between $…$."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MARKDOWN = _FEATURES.MarkdownDialectGitHub | _FEATURES.MarkdownNoHTML
 
 
 def formulas(markdown: str) -> tuple[str, ...]:
-    """Return the formulas in a text as TeX, each only once."""
+    """Return the TeX formulas in a text in order, without duplicates."""
     return tuple(dict.fromkeys(_TEX.findall(markdown)))
 
 
@@ -49,7 +49,7 @@ class LessonText(QTextBrowser):
         self._render()
 
     def set_size(self, pixels: int) -> None:
-        """Set the font size in pixels. Formulas have the size of the text."""
+        """Set the font size in pixels. The size of formulas follows the size of the text."""
         font = self.font()
         # In points, by which Qt sets the distance of paragraphs
         font.setPointSizeF(72.0 * pixels / self.logicalDpiY())
@@ -57,7 +57,7 @@ class LessonText(QTextBrowser):
         self._render()
 
     def show_markdown(self, text: str) -> None:
-        """Show a text from its beginning."""
+        """Show a Markdown text, scrolled to its beginning."""
         self._markdown = text
         if wanted := formulas(text):
             self._typesetter.start(wanted)
@@ -81,8 +81,8 @@ class LessonText(QTextBrowser):
     def loadResource(self, kind: int, name: QUrl | str) -> object:
         """Return the image of a formula. Qt calls this method after every change of the text.
 
-        For any other address, return an empty image. Qt would try to open a file with this address,
-        and would block if the file is a pipe.
+        For any other address, return an empty image. If no image were returned, Qt would try to
+        open a file with this address, and would block if the file is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
@@ -109,7 +109,7 @@ class LessonText(QTextBrowser):
         return picture
 
     def _lower_images(self) -> None:
-        """Align the baselines of formulas with the text, because Qt places images higher."""
+        """Align the baselines of formulas with the text. By default, Qt places images higher."""
         lowered = QTextCharFormat()
         lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
         block = self.document().begin()

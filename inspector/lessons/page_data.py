@@ -1,4 +1,7 @@
-"""Collect the data for the web page of a lesson: only frames near the frames of its pages."""
+"""Collect the data for the web page of a lesson.
+
+Of each clip, only the frames near the frame of a lesson page are included.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ _MORE = 10  # additional frames if a task asks the user to move by some frames
 
 @dataclass(frozen=True)
 class Window:
-    """The range of frames of a page. `first` and `last` are both included."""
+    """The range of frames that a page needs. It includes both `first` and `last`."""
 
     first: int
     last: int
@@ -37,7 +40,7 @@ class Window:
 class PageData:
     """Collects the data that the pages of a lesson show.
 
-    Data that several pages use are stored only once.
+    Data for several pages are stored only once.
     """
 
     def __init__(
@@ -54,7 +57,7 @@ class PageData:
         self._numbers: dict[tuple[int, str, float], int] = {}
 
     def gathered(self) -> dict[str, Any]:
-        """Return the figures, spans, chains and pages as JSON data."""
+        """Return the figures, frame ranges (spans), chains and pages as JSON data."""
         for clip in self._clips:
             self._figure_of[clip] = len(self._figures)
             self._figures.append(self._figure(clip))
@@ -80,9 +83,9 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Return pairs (clip, span of frames), in which overlapping windows of a clip are joined.
+        """Return (clip, range of frames) after joining overlapping ranges of the same clip.
 
-        Each span also includes the frame before its first window.
+        Each joined range also includes the frame before the first page's range.
         """
         out: list[tuple[Path, Window]] = []
         wanted = zip((page.place.clip for page in self._lesson.pages), self._windows, strict=True)
@@ -116,7 +119,7 @@ class PageData:
         return figure
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
-        """Return the local rotations of the joints and the recorded positions in a window."""
+        """Return the local rotations and the recorded positions in a range of frames."""
         motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
         return {
             "figure": self._figure_of[clip],
@@ -129,9 +132,10 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
-        """Return the index of a chain in a span. Add the signals of the chain if it is new.
+        """Return the index of a chain's data in a range of frames. Add the data if they are new.
 
-        `tau` is the τ of the page, or None for the detector's automatic τ.
+        `span` is the index of the range. `tau` is the τ of the page, or None for the detector's
+        automatic τ.
         """
         if tau is None:
             tau = data.review.state.tau.get(chain.name, 0.0)
@@ -190,9 +194,9 @@ class PageData:
         }
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
-        """Return the joints that the correction changes with their corrected rotations, or None.
+        """Return the joints that the corrections change, and their corrected rotations.
 
-        All intervals except rejected ones are corrected.
+        All intervals of the review are corrected. Returns None if no joint changes.
         """
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1
@@ -212,7 +216,10 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return the joint indices of the parent, the child and a limb's end (−1 for a chain)."""
+    """Return the joint indices of the parent, the child and the end (−1 if not a limb).
+
+    Returns None if there is no chain.
+    """
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1

@@ -1,4 +1,4 @@
-"""Export a lesson as a web page, after asking for the lesson and a path."""
+"""The dialogs and the background work for exporting a lesson as a web page."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class PageExport(QObject):
         self._task = OneTask(self)
 
     def ask(self, lesson: LessonFile | None) -> None:
-        """Ask for the path of the web page, and for a lesson if none is given."""
+        """Ask for the path of the web page and, if `lesson` is None, for a lesson."""
         if lesson is not None:
             self._ask_where(lesson)
             return
@@ -58,7 +58,7 @@ class PageExport(QObject):
         )  # fmt: skip
 
     def write(self, lesson: LessonFile, path: Path) -> None:
-        """Write the page in the background, then show the result."""
+        """Write the web page in the background, then show a message about the result."""
 
         def written(_: object) -> None:
             size = path.stat().st_size / 1e6

@@ -16,11 +16,11 @@ _OF_THE_CHAIN = ("tau", "listed")  # conditions for the page's chain
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb of a page, or None if the page has none.
+    """Return the chain or limb of a page, or None if the page does not name one.
 
     `data` is the clip of the page. Raises FormatError if the clip lacks the chain, the frame, or
-    something that the task needs, such as enough frames, an interval of the required kind, or the
-    angles of a chain.
+    something that the task requires, such as enough frames, an interval of a certain kind, or a
+    chain instead of a limb.
     """
     place, last = page.place, data.motion.frames - 1
 

@@ -19,7 +19,7 @@ _TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
-    """Formulas as SVG images in the colour of the text, keyed by their TeX source."""
+    """Converts TeX formulas to SVG images in the colour of the text."""
 
     def __init__(self, texts: Iterable[str]) -> None:
         self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
@@ -27,7 +27,7 @@ class Formulas:
     def outline(self, tex: str) -> dict[str, Any]:
         """Return the outline of a formula as an SVG path, and its box (left, top, width, height).
 
-        The y axis points down. An em is 100 units long.
+        The y axis points down, and one em is 100 units.
         """
         vertices, codes = self._set(tex)
         corners = vertices[codes != 79]  # the code that closes a path has no point of its own
@@ -36,7 +36,10 @@ class Formulas:
         return {"d": _path(vertices, codes), "box": box}
 
     def svg(self, tex: str, words: str = "") -> Markup:
-        """Return a formula as an inline image on the baseline, with `words` as alternative text."""
+        """Return a formula as an inline SVG image, aligned with the baseline of the text.
+
+        The alternative text is `words` or, by default, the TeX source.
+        """
         shape = self.outline(tex)
         left, top, wide, high = shape["box"]
         em = 1.12  # with this scale, a formula looks as large as the text around it
@@ -60,7 +63,7 @@ class Formulas:
 
 
 def markdown_html(text: str, formulas: Formulas) -> Markup:
-    """Return Markdown as HTML with typeset TeX between $…$. HTML in the text is escaped."""
+    """Convert Markdown to HTML. TeX between $…$ is typeset, and any HTML is escaped."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)
@@ -69,7 +72,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """Return True for a web or mail address, but not for scripts and local files."""
+    """Return True for a web or mail address, and False for a script or a local file."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 
@@ -95,7 +98,7 @@ def _tex_rule(formulas: Formulas) -> Any:
 
 
 def _path(vertices: Any, codes: Any) -> str:
-    """Return a matplotlib path as an SVG path, with the y axis pointing down."""
+    """Convert a matplotlib path to an SVG path, in which the y axis points down."""
     out, at = [], 0
     while at < len(vertices):
         letter, count = _LETTERS[int(codes[at])]

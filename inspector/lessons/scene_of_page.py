@@ -21,7 +21,7 @@ _NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes ba
 
 
 class ViewBefore:
-    """The view of the figure before a lesson, to be restored afterwards."""
+    """The view of the figure before a lesson or exercise, to be restored afterwards."""
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
@@ -29,14 +29,17 @@ class ViewBefore:
         self._looks = {look: program.actions[look].isChecked() for look in _LOOKS}
 
     def restore(self) -> None:
-        """Restore the view."""
+        """Restore the view from before the lesson."""
         self._program.document.set_show(self._show)
         for look, checked in self._looks.items():
             self._program.actions[look].setChecked(checked)
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
-    """Show the place of a page: its frame, chain, view, τ and symbols. `data` is its clip."""
+    """Show the place of a page: its frame, chain, view, τ and symbols.
+
+    `data` is the clip of the page.
+    """
     document, taught = program.document, program.taught
     if document.data is not data:
         program.aside.show(data, _NOTHING_KEPT)
@@ -100,7 +103,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 
 
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
-    """Return the id of the interval at the page's frame, or None.
+    """Return the id of the interval at the page's frame, or None if there is none.
 
     The result is also None if the page shows the teaching tab.
     """
@@ -121,7 +124,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the limb's default camera `best`, with the direction and the zoom of a page.
+    """Return the default camera of the limb, `best`, with the direction and zoom of a page.
 
     `facing` is the direction in which the figure faces.
     """

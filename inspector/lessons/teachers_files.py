@@ -73,12 +73,15 @@ class TeachersFiles(QObject):
         self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._failed)
 
     def ask_score(self) -> None:
-        """Ask for the key and the answers, and score the answers."""
+        """Ask for the files of the answer key and the students' answers, and score the answers."""
         title = tr("Select the key and all answers")
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
-        """Score the answers, and ask where to write the table of scores."""
+        """Score the students' answers, then ask for a path and write the table of scores there.
+
+        `files` are the paths of the answer key and of the answers, in any order.
+        """
 
         def ask(table: str) -> None:
             ask_where(
@@ -90,7 +93,7 @@ class TeachersFiles(QObject):
         self._task.run(lambda _: score_answers(files), ask, self._failed)
 
     def write_table(self, path: Path, table: str) -> None:
-        """Write the table of scores."""
+        """Write the table of scores, a CSV text, to a file."""
         try:
             write_atomically(path, encoded(table))
         except (OSError, TwistError) as error:

@@ -1,4 +1,4 @@
-"""The places of the window that a lesson page names to be watched. The others are dimmed."""
+"""Dim all parts of the window except the places that the user should watch on a lesson page."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
 
 
 class Dimming:
-    """Dims the places of the window that the reader need not watch.
+    """Dims the parts of the window that the user need not watch.
 
-    The places are found when one is first watched, because this builds panels.
+    The widgets of all places are found only when the first place is watched, because this builds
+    panels.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -56,7 +57,7 @@ class Dimming:
         self._veils: dict[QWidget, Veil] = {}
 
     def _find(self) -> None:
-        """Find the widgets of all places, and give each a veil."""
+        """Find the widgets of all places, and create a veil to dim each of them."""
         self._places = {name: find(self._window) for name, find in PLACES.items()}
         self._veils = {
             widget: Veil(widget, self._window.colours)

@@ -1,4 +1,4 @@
-"""Write a lesson as a web page with equations, sliders and a 3D figure, which needs no network.
+"""Write a lesson as a web page with equations, sliders and a 3D figure that works offline.
 
 The template, the styles and the scripts of the page are in assets/lesson_page.
 """
@@ -47,7 +47,10 @@ def export_page(lesson: LessonFile, path: Path) -> None:
 
 
 def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
-    """Return the page as HTML of at most `largest` bytes, with as many frames as possible."""
+    """Return the HTML of a lesson with as many frames as fit into `largest` bytes.
+
+    Raises TwistError if not even the fewest frames fit.
+    """
     opened = cache(_opened)
     for seconds in _SPANS:
         text = _assembled(lesson, opened, seconds)
@@ -108,7 +111,7 @@ def _json(data: Any) -> str:
 
 
 def _looks(formulas: Formulas) -> dict[str, Any]:
-    """Return the colours of both themes, and the labels of the gizmo."""
+    """Return the colours of the light and the dark theme, and the labels of the gizmo."""
     return {
         "themes": {"light": _theme(LIGHT), "dark": _theme(DARK)},
         "ghost": GHOST_ALPHA,
@@ -122,7 +125,7 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """Return the texts of the scripts with their translations, if they are translated."""
+    """Return the translations of the texts in the scripts, keyed by the English text."""
     texts = {found for name in _SCRIPTS for found in texts_of_script(page_part(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}
@@ -135,7 +138,7 @@ def _theme(theme: Theme) -> dict[str, Any]:
 
 
 def _colours() -> str:
-    """Return the colours of both themes as CSS properties."""
+    """Return the colours of the light and the dark theme as CSS custom properties."""
 
     def properties(theme: Theme) -> str:
         data = _theme(theme)

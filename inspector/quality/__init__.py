@@ -1,1 +1,1 @@
-"""The quality tab: measures of each joint's motion over time, and tracking with QuaMo."""
+"""The quality tab: measures of the motion of each joint, and smoothing or tracking of joints."""

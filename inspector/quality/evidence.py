@@ -1,4 +1,4 @@
-"""Quality measures of the open clip, computed in the background while the tab is visible."""
+"""Compute quality measures of the open clip in the background, such as jitter and foot slide."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Measure:
     level
         The value of a horizontal line in the plot, or None.
     seldom
-        True if few frames have a value.
+        True if only few frames have a value, as for foot slide.
     """
 
     name: str
@@ -94,7 +94,7 @@ MEASURES = (
 
 
 def column_of(q: JointQuality, measure: int) -> Array:
-    """Return a measure of each joint, (joints,), NaN where it is undefined.
+    """Return a measure of each joint, (joints,). Undefined values are NaN.
 
     `measure` is an index of MEASURES.
     """
@@ -102,9 +102,9 @@ def column_of(q: JointQuality, measure: int) -> Array:
 
 
 def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
-    """Return a measure of a joint over time, (frames,), NaN where it is undefined.
+    """Return a measure of a joint in each frame, (frames,). Undefined values are NaN.
 
-    `measure` is an index of MEASURES.
+    `measure` is an index of MEASURES, and `joint` the index of the joint.
     """
     values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
     return values
@@ -112,7 +112,7 @@ def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The measures of all joints and, if it has the 24 joints of QuaMo, of the figure.
+    """The measures of all joints and, if the figure has the 24 joints of QuaMo, of the figure.
 
     Attributes
     ----------
@@ -126,16 +126,16 @@ class FigureEvidence:
     placed: int | None
 
     def column(self, measure: int) -> Array:
-        """Return a measure of each joint, (joints,), NaN where it is undefined."""
+        """Return a measure of each joint, (joints,); see :func:`column_of`."""
         return column_of(self.joints, measure)
 
     def curve(self, measure: int, joint: int) -> Array:
-        """Return a measure of a joint over time, (frames,), NaN where it is undefined."""
+        """Return a measure of a joint in each frame, (frames,); see :func:`curve_of`."""
         return curve_of(self.joints, measure, joint)
 
 
 class QualityEvidence(QObject):
-    """Computes the measures of the open clip while the tab is visible."""
+    """Computes the measures of the open clip in the background while the quality tab is visible."""
 
     changed = Signal()
 
@@ -153,9 +153,9 @@ class QualityEvidence(QObject):
         return self._task.running
 
     def watch(self, on: bool) -> None:
-        """Compute measures for each new clip, or stop doing so if `on` is False.
+        """Begin to compute measures for each opened clip, or end this if `on` is False.
 
-        A computation that is already running is finished.
+        A computation that is already running continues.
         """
         self._watching = on
         self._start()
@@ -186,7 +186,7 @@ class QualityEvidence(QObject):
 
 
 def up_axis(data: Analysed) -> int:
-    """Return the index of the axis that points up."""
+    """Return the index of the coordinate axis that points up: 0, 1 or 2."""
     up = guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)
     return int(np.argmax(up))
 

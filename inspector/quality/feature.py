@@ -1,4 +1,4 @@
-"""The quality of the capture, and tracking, as a feature of the window."""
+"""The quality of the capture and the tracking of joints, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.detection import Interval, Kind
 
 
 class Quality(FeatureParts):
-    """The quality tab. The 3D view also shows the tracked joints."""
+    """The quality tab, and the display of tracked joints in the 3D view."""
 
     def __init__(self, window: HostWindow) -> None:
         document, colours, actions = window.document, window.colours, window.actions_by_id
@@ -33,11 +33,15 @@ class Quality(FeatureParts):
 
     @property
     def quality(self) -> QualityPanel:
-        """The panel of the tab."""
+        """The panel of the quality tab."""
         return self.quality_area.build()
 
     def connect(self, window: HostWindow) -> None:
-        """Compute measures while the tab is visible, and react to the interval card."""
+        """Connect the tab to the window.
+
+        Measures are computed only while the tab is visible. A button on the interval card opens the
+        tab.
+        """
         self._document, self._dock = window.document, window.docks["quality"]
         to_track = (tr("Quality → Track"), self._show_tracking)
         self.jitter_note.trembles.connect(lambda text: window.bar.append_offer(text, [to_track]))
@@ -70,7 +74,10 @@ class Quality(FeatureParts):
         self.quality.show_tracking()
 
     def _show_interval(self, interval: Interval) -> None:
-        """Show the joints and the first frame of a capture fault. Smooth a noise burst."""
+        """Show the joints and the first frame of a capture fault in the quality tab.
+
+        If the fault is a noise burst, also smooth it.
+        """
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))

@@ -11,7 +11,10 @@ from twistcore.analysis.quality.trembling import TIMES, jitter_if_trembling
 
 
 class JitterNote(QObject):
-    """Measures the jitter of each clip in the background. `trembles` is emitted with a message."""
+    """Measures the jitter of each opened clip in the background.
+
+    If the clip jitters, `trembles` is emitted with a message.
+    """
 
     trembles = Signal(str)
 
@@ -43,4 +46,4 @@ class JitterNote(QObject):
             self.trembles.emit(text)
 
     def _ignore(self, error: Exception) -> None:
-        """Show no message if the jitter cannot be measured."""
+        """Do nothing if the jitter cannot be measured."""

@@ -43,7 +43,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """The rows of the joints, sorted by a column. Tracked joints have a colour of their own."""
+    """The table of the joints, sorted by a column. Tracked joints are shown in another colour."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -85,7 +85,7 @@ class JointsModel(RowModel[_Joint]):
         )
 
     def reset(self) -> None:
-        """Show the joints of a new clip, or new values for the same joints."""
+        """Fill the table again, for a new clip or after the measures have changed."""
         known = self._evidence.known
         if known is None:
             self.show(())
@@ -129,12 +129,12 @@ class JointsModel(RowModel[_Joint]):
         return _finite(self._after[joint])
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """Sort by a column."""
+        """Sort the rows by a column, 0 for the name of the joint."""
         self._column, self._down = column, order == Qt.SortOrder.DescendingOrder
         self.reset()
 
     def _order(self, joint: _Joint) -> tuple[bool, float]:
-        """Return the sort key of a joint. Joints without a value come last in both directions."""
+        """Return the sort key of a joint. In both directions, joints without a value are last."""
         value = joint.values[self._column - 1]
         if value is None:
             return True, 0.0

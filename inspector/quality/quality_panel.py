@@ -1,4 +1,4 @@
-"""The quality tab: the joints' measures, worst first, and tracking of the selected joints."""
+"""The quality tab: a table of the joints' measures, and tracking of the selected joints."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _REST_MS = 400  # pause of the playhead after which screen readers get the numbe
 
 
 class QualityPanel(QWidget):
-    """The measures of all joints, and the tracking of the joints that are selected in the table."""
+    """The panel of the quality tab: the measures of all joints, and a page to track joints."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction], tracked: Tracked
@@ -102,7 +102,7 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, seen: bool) -> None:
-        """Compute measures while the tab is visible, and stop doing so when it is hidden."""
+        """Begin to compute measures because the tab is visible, or end this if `seen` is False."""
         self.evidence.watch(seen)
         if seen:
             self._stale.mark()
@@ -116,16 +116,20 @@ class QualityPanel(QWidget):
 
     @property
     def joint(self) -> int | None:
-        """The index of the joint whose curve is drawn; None in the row of the figure's position."""
+        """The index of the joint whose curve is drawn.
+
+        None if no row or the row of the figure's position is selected.
+        """
         index = self.table.currentIndex()
         number = self.model.things[index.row()].number if index.isValid() else None
         return None if number == len(self.model.names) else number
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """The names of the joints to track, in the skeleton's order, then the figure's position.
+        """The names of the rows to track, in the order of the skeleton.
 
-        These are the selected rows or, if the user has not selected any, all rows.
+        These are the selected rows or, if the user has not selected any, all rows. The row of the
+        figure's position comes last.
         """
         if not self._picked:
             return tuple(self.model.rows)
@@ -151,7 +155,10 @@ class QualityPanel(QWidget):
         self._stale.mark()
 
     def track_burst(self, interval: Interval) -> None:
-        """Smooth the joints of a noise burst in its frames only, in addition to earlier bursts."""
+        """Smooth the joints of a noise burst, but only in the frames of the burst.
+
+        Bursts that were smoothed earlier stay smoothed.
+        """
         if (data := self._document.data) is None:
             return
         known = self._document.review.state.tracking
@@ -163,13 +170,19 @@ class QualityPanel(QWidget):
         self.tabs.setCurrentWidget(self.page)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
-        """Select joints as soon as they are listed, on the tracking page or the joints page."""
+        """Select joints as soon as the table lists them.
+
+        If `track` is True, also show the tracking page; if not, show the page of the joints.
+        """
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
         self._pending = tuple(names)
         self._select_pending()
 
     def _select_pending(self) -> bool:
-        """Select the pending joints. Returns False if there are none or if none is listed."""
+        """Select the joints that `show_joints` could not select yet.
+
+        Returns False if there are no such joints or if the table does not list them yet.
+        """
         pending = tuple(name for name in self._pending if name in self.model.rows)
         if not pending or self.evidence.known is None or not self.model.rowCount():
             return False
@@ -181,7 +194,7 @@ class QualityPanel(QWidget):
         self._pending = ()
 
     def track(self) -> None:
-        """Track the selected joints with the gains that are set on the page."""
+        """Track the selected joints with the settings on the tracking page."""
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
             self.page.ask(self.chosen, self.model.place)
@@ -189,7 +202,7 @@ class QualityPanel(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _values_changed(self) -> None:
-        """Show a new clip or new values, and select the worst joint."""
+        """Show the measures of a new clip or new measures, and select the worst joint."""
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
@@ -205,7 +218,7 @@ class QualityPanel(QWidget):
             self._picked = picked
 
     def _fit_columns(self) -> None:
-        """Make the columns as narrow as their headings, which leaves room for the joints' names."""
+        """Make the columns as narrow as their headings, so that the joints' names have room."""
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
@@ -222,7 +235,7 @@ class QualityPanel(QWidget):
             self._stale.mark()
 
     def refresh(self) -> None:
-        """Show the current state in all parts of the tab."""
+        """Update all parts of the tab."""
         self._stale.take()
         known, data = self.evidence.known, self._document.data
         chosen = self.chosen
@@ -297,7 +310,7 @@ class QualityPanel(QWidget):
         self._move(self._document.frame)
 
     def _move(self, frame: int) -> None:
-        """Move the playhead, and show the values in that frame."""
+        """Move the playhead of the plots, and show the values in this frame."""
         self.plot.show_frame(frame)
         self.page.go_to(frame)
         known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
@@ -309,6 +322,6 @@ class QualityPanel(QWidget):
         self._rest.start()
 
     def _describe(self) -> None:
-        """Pass the values that the plots show to screen readers."""
+        """Set the descriptions of the plots for screen readers to the displayed values."""
         self.plot.setAccessibleDescription(plain_text(self.curve_words.text()))
         self.page.describe()

@@ -1,4 +1,4 @@
-"""The tracking page: a warning, the direction, the gains, and the effect on one joint."""
+"""The tracking page: a warning, the settings for tracking, and the effect on one joint."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ _HIGHEST = 10000.0  # largest gain; no frame rate needs more
 
 
 class TrackPage(QWidget):
-    """A page on which the user sets up tracking and sees its result.
+    """A page on which the user sets up the tracking of joints and sees the result.
 
-    The buttons belong to actions of the window.
+    Its buttons trigger actions of the window.
     """
 
     all_asked = Signal()
@@ -178,7 +178,7 @@ class TrackPage(QWidget):
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
-        """Return the tracking request for some rows, with the direction and the gains of this page.
+        """Return a request to track some rows of the table with the settings of this page.
 
         `chosen` are the names of the rows, and `place` is the name of the row of the figure's
         position.
@@ -194,16 +194,16 @@ class TrackPage(QWidget):
         return replace(plain, kp=kp, kd=kd, ka=ka)
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
-        """Track the joints in some rows with the direction and the gains of this page."""
+        """Track some rows of the table with the settings of this page; see `tracking`."""
         self.ask_for(self.tracking(chosen, place))
 
     def ask_for(self, tracking: Tracking) -> None:
-        """Track as requested, and remember the request."""
+        """Start the requested tracking, and remember the request."""
         self._requested = tracking
         self._tracked.ask(tracking)
 
     def take_clip(self) -> None:
-        """Show the direction and the gains from the review of the new clip."""
+        """Show the tracking settings from the review of the new clip."""
         data = self._document.data
         self.learned.setEnabled(data is not None and knows_learned(data.motion))
         self._reviewed_last = self._document.review.state.tracking if data else None
@@ -223,7 +223,7 @@ class TrackPage(QWidget):
             self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Show the tracking in the review after an undo, a redo, or the recovery of the journal."""
+        """Show the review's tracking settings after an undo, a redo or a restored journal."""
         tracking = self._document.review.state.tracking if self._document.data else None
         if tracking == self._reviewed_last:
             return
@@ -233,7 +233,7 @@ class TrackPage(QWidget):
             self._show(tracking)
 
     def _show(self, tracking: Tracking) -> None:
-        """Show the direction and the gains of a tracking request."""
+        """Show the settings of a tracking request."""
         if tracking.spline:
             self.spline.setChecked(True)
             if not tracking.bursts:  # bursts have cut-offs of their own
@@ -260,7 +260,7 @@ class TrackPage(QWidget):
         )
 
     def _show_usual(self, gains: Gains) -> None:
-        """Show the default gains for the clip, but keep gains that the user has changed."""
+        """Show the default gains for the clip, except for gains that the user has changed."""
         for name, box in self.boxes.items():
             before = box.value()
             chosen = before != self._usual.get(name, before)
@@ -289,7 +289,7 @@ class TrackPage(QWidget):
         self._grid.setRowStretch(3, int(shown))
 
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
-        """Show the selection and the result.
+        """Show the selected joints and the result of tracking.
 
         Parameters
         ----------
@@ -354,7 +354,7 @@ class TrackPage(QWidget):
             plot.fit(self._document.frames)
 
     def _draw_change(self) -> None:
-        """Draw the acceleration of the end of the joint's bone, before and after tracking."""
+        """Plot the acceleration of the end of the joint's bone, before and after tracking."""
         result, frames = self._tracked.result, np.arange(self._document.frames, dtype=np.float64)
         lines = []
         if result is not None and self._joint:
@@ -366,14 +366,14 @@ class TrackPage(QWidget):
         self.change.fit(self._document.frames)
 
     def _traces(self) -> Traces | None:
-        """Return the traces of the tracked joints, or None if the drawn joint is not among them."""
+        """Return the tracker's internal values, or None if the drawn joint was not tracked."""
         traces = self._tracked.result.traces if self._tracked.result else None
         if traces is None or self._joint not in traces.names or not len(traces.frames):
             return None
         return traces
 
     def go_to(self, frame: int) -> None:
-        """Move the playhead, and show the values in that frame."""
+        """Move the playhead of the plots, and show the values in this frame."""
         for plot in (self.change, self.gains, self.parts):
             plot.show_frame(frame)
         self._show_change(frame)
@@ -409,7 +409,7 @@ class TrackPage(QWidget):
         )
 
     def describe(self) -> None:
-        """Pass the values that the plots show to screen readers."""
+        """Set the descriptions of the plots for screen readers to the displayed values."""
         for plot, words in (
             (self.change, self.change_words),
             (self.gains, self.gain_words),
@@ -423,13 +423,19 @@ class TrackPage(QWidget):
 
 @lru_cache
 def _causal_words(dt: float) -> str:
-    """Return a text about how a causal pass changes a joint. Cached for each frame time `dt`."""
+    """Return a text about the lag and overshoot of a joint after causal tracking.
+
+    `dt` is the frame time in seconds. Results are cached.
+    """
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _moved_by(skeleton: Skeleton, name: str) -> int:
-    """Return the joint at the end of a joint's bone, or the joint itself if it has no child."""
+    """Return the index of a joint's first child, which moves when the joint rotates.
+
+    If the joint has no child, return its own index.
+    """
     joint = skeleton.index(name)
     return next(iter(skeleton.children[joint]), joint)
 
@@ -439,7 +445,11 @@ def _written(value: float) -> str:
 
 
 def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:
-    """Return a sentence: what was tracked, how it was tracked, and what was left out."""
+    """Return a sentence about what was tracked, how it was tracked, and what was left out.
+
+    `done` and `rest` are the names of tracked and untracked rows, and `place` is the name of the
+    row of the figure's position.
+    """
     names, others = _listed(done, place), _listed(rest, place) or tr("nothing")
     if tracking.spline:
         return tr("Smoothed with the spline: {done}; unchanged: {rest}", done=names, rest=others)
@@ -449,7 +459,10 @@ def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], pl
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """Return one or two names, or the number of joints; then the position, if it is included."""
+    """Return a text that lists up to two joints by name, or states the number of joints.
+
+    If `place`, the row of the figure's position, is in `names`, its name is added at the end.
+    """
     joints = [name for name in names if name != place]
     few = len(joints) <= 2
     parts = joints if few else [plural("{n} joint", "{n} joints", len(joints))]

@@ -28,16 +28,17 @@ _SETTLE_MS = 250  # wait until a series of decisions has ended before tracking a
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The result of tracking.
+    """The result of tracking a clip.
 
     Attributes
     ----------
     wanted
-        The tracking that was requested.
+        The tracking request.
     motion
         The tracked motion.
     rotations, positions
-        Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
+        The global rotations, (frames, joints, 4), and positions, (frames, joints, 3), after
+        tracking.
     traces
         The internal values of the tracker in each step.
     accelerations
@@ -45,7 +46,7 @@ class Result:
     joints
         The measures of the joints after tracking.
     quality
-        The quality of the figure before and after tracking.
+        The quality of the figure before and after tracking; None if it is not defined.
     """
 
     wanted: _Request
@@ -66,14 +67,14 @@ class _Request:
 
 
 class Tracked(QObject):
-    """Tracks the clip as the review requests.
+    """Tracks the open clip with the settings in the review or in a new request.
 
-    The clip is first corrected by all intervals that are not rejected, as in the 3D view.
+    The clip is corrected first, as in the 3D view, by all intervals that are not rejected.
 
     Attributes
     ----------
     result
-        The result for the current review, or None.
+        The result for the current review; None if there is none (yet).
     """
 
     changed = Signal()
@@ -97,12 +98,12 @@ class Tracked(QObject):
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track the given joints. When the result is ready, the tracking is added to the review."""
+        """Start tracking. When the result is ready, the settings are stored in the review."""
         self.asked = tracking
         self._start()
 
     def cancel(self) -> None:
-        """Cancel the tracking that is running. The review keeps its previous tracking."""
+        """Cancel a new request. The previous tracking settings stay in the review."""
         self.asked = None
         self._halt()
         self._start()
@@ -120,7 +121,7 @@ class Tracked(QObject):
         return self.result.rotations[frame], self.result.positions[frame]
 
     def close(self) -> None:
-        """Stop tracking when the clip or the window closes."""
+        """Cancel all work, because the clip or the window is being closed."""
         self._settle.stop()
         self.asked = None
         self._halt()
@@ -154,7 +155,7 @@ class Tracked(QObject):
         return _Request(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _hold(self, result: Result | None) -> None:
-        """Store a result, and show its motion."""
+        """Store a result, and show its motion in the 3D view. None removes the result."""
         self.result = result
         self._document.show_tracked(result.motion if result else None)
 

@@ -1,4 +1,4 @@
-"""The settings of a recording: a film of frames or of a moving slider, or a picture."""
+"""The settings of a recording: a picture, or a film of several frames or of a moving slider."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Paper:
     dpi
         Pixels per inch.
     points
-        The size of the smallest text in points. The widths of lines are scaled by the same factor.
+        The size of the smallest text in points. Line widths are scaled by the same factor.
     white
         True for the light theme on white paper, False for the colours of the window.
     """
@@ -55,19 +55,19 @@ class RecordChoice:
     Attributes
     ----------
     path
-        The file to write. Its suffix is one of a film, or .png, .svg or .pdf.
+        The file to write. Its suffix is .png, .svg, .pdf or one of the suffixes for films.
     first, stop
         The range of frames [first, stop) of a film.
     speed
         The speed relative to real time.
     size
-        The width and the height in pixels. A height of 0 means as high as the contents need.
+        The width and the height in pixels. If the height is 0, it is adapted to the contents.
     contents
         The parts of the window to record.
     replace
         True if an existing file may be replaced.
     paper
-        The properties of a picture.
+        The resolution, text size and colours of a picture.
     sweep
         The movement of a slider in a film of a single frame, or None.
     """
@@ -95,7 +95,7 @@ class RecordChoice:
 
 @dataclass(frozen=True)
 class Shot:
-    """One image of a film: a frame of the clip, and the value of the moving slider or None."""
+    """One image of a film: a frame of the clip and, in a film of a slider, the slider's value."""
 
     frame: int
     value: float | None = None

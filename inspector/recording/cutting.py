@@ -1,4 +1,4 @@
-"""Clip shapes to a rectangle, because some SVG readers, such as Qt's, ignore clip paths."""
+"""Cut lines at the edges of a rectangle, because some SVG readers ignore clip paths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ _CURVE = QPainterPath.ElementType.CurveToElement
 
 
 def upright_rectangle(path: QPainterPath) -> QRectF | None:
-    """Return the rectangle that a path describes, or None if it is not an upright rectangle."""
+    """Return the rectangle that a path describes, or None if the path is not a rectangle.
+
+    The edges of the rectangle must be parallel to the axes.
+    """
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}
@@ -20,12 +23,12 @@ def upright_rectangle(path: QPainterPath) -> QRectF | None:
 
 
 def is_straight(path: QPainterPath) -> bool:
-    """Return True if a path has no curves."""
+    """Return True if a path consists only of straight lines."""
     return all(path.elementAt(k).type != _CURVE for k in range(path.elementCount()))
 
 
 def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
-    """Return the part of a path of straight lines that is inside a box."""
+    """Return the part of a path inside a box. The path must consist of straight lines."""
     out, here, end = QPainterPath(), QPointF(), None
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -42,7 +45,7 @@ def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
 
 
 def _inside(line: QLineF, box: QRectF) -> QLineF | None:
-    """Return the part of a line that is inside a box, or None."""
+    """Return the part of a line inside a box, or None if the line is outside."""
     first, last = 0.0, 1.0
     for start, step, low, high in (
         (line.x1(), line.dx(), box.left(), box.right()),

@@ -34,16 +34,17 @@ SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """Writes one film.
+    """Writes one film to a file.
 
-    Call `offer` with each image while the writer is not `full`, and call `finish` at the end.
+    Call `offer` with each image, but only if the writer is not `full`. Call `finish` after the last
+    image.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """Start to write a film. Raises OSError if the path is a FIFO or a device.
+        """Start writing a film. Raises OSError if the path is a FIFO or a device.
 
-        `path` ends with one of SUFFIXES. `size` is the size of an image in pixels, two even
-        numbers.
+        `path` ends with one of SUFFIXES. `size` is the width and height of an image in pixels,
+        which must be even numbers.
         """
         if is_stream(path):
             raise OSError(
@@ -64,16 +65,16 @@ class FilmWriter:
 
     @property
     def full(self) -> bool:
-        """True while enough images wait for ffmpeg."""
+        """True while the queue of images for ffmpeg is full."""
         return self._frames.full()
 
     @property
     def ended(self) -> bool:
-        """True if the thread has ended."""
+        """True if the writing thread has ended."""
         return not self._thread.is_alive()
 
     def offer(self, rgb: bytes) -> None:
-        """Add an image, given as rows of RGB from top to bottom."""
+        """Add an image as RGB bytes, in rows from top to bottom."""
         self._frames.put(rgb)
 
     def finish(self) -> None:

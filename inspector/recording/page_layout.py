@@ -25,7 +25,8 @@ def part_rectangles(
     contents
         The parts to arrange.
     wanted
-        The natural size of the equations, which are never enlarged and keep their proportions.
+        The natural size of the equations. They may become smaller, but not larger, and their aspect
+        ratio does not change.
     curves
         The height of the curves below a figure, or 0 for the default share of the page.
     """
@@ -55,9 +56,9 @@ def part_rectangles(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """Return the height that the figure and the equations need.
+    """Return the height that the figure and the equations need on a page of this width.
 
-    They are next to each other in a wide page, and one below the other in a narrow page.
+    On a wide page, the equations are next to the figure; on a narrow page, they are below it.
     """
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
@@ -69,5 +70,8 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Return the largest size that has the proportions of `wanted`, fits, and is not larger."""
+    """Return the size `wanted`, reduced if necessary to fit into `wide` × `high`.
+
+    The aspect ratio does not change.
+    """
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

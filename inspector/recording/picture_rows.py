@@ -31,7 +31,7 @@ class _Preset:
     Attributes
     ----------
     width, height
-        The size in `unit`. A height of 0 means as high as the contents need.
+        The size in `unit`. If the height is 0, it is adapted to the contents.
     unit
         'mm' or 'pixels'.
     dpi
@@ -58,7 +58,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Adds the rows to a form. `size` and `paper` are the user's choices."""
+    """Adds the rows for a picture to a form. `size` and `paper` are the user's choices."""
 
     changed = Signal()
 
@@ -113,7 +113,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """The width and the height in pixels. A height of 0 means as high as the contents need."""
+        """The width and the height in pixels. If the height is 0, it is adapted to the contents."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides

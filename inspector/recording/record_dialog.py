@@ -39,7 +39,7 @@ _NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):
-    """A form for a recording."""
+    """A form with the settings of a recording."""
 
     def __init__(
         self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
@@ -117,7 +117,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the choices of frames for a film, as (text, frames).
+        """Return the entries of the list of frames to film, as (text, frames).
 
         The frames are a range [first, stop), or None for a moving slider.
         """
@@ -144,7 +144,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def _describe(self) -> None:
-        """Show the rows that apply to the choices, and describe the resulting film or picture."""
+        """Show the rows for the current choices, and describe the resulting film or picture."""
         choice = self.choice()
         film, sweep = choice.film, choice.sweep is not None
         for row, shown in (

@@ -27,7 +27,7 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Makes one film at a time. Each turn of the event loop draws one image."""
+    """Records one film at a time. In each iteration of the event loop, it draws one image."""
 
     progress = Signal(int, int)  # number of finished images, and of all images
     finished = Signal(object)  # with the path of the film
@@ -48,7 +48,7 @@ class Recorder(QObject):
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Start a film of the stage. The stage is closed at the end of the film."""
+        """Start recording a film of the stage. The stage is closed when the film ends."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
@@ -117,7 +117,7 @@ class Recorder(QObject):
 
 
 class RecordingBar(QWidget):
-    """The progress of a film, with a Cancel button. Hidden while no film is being made."""
+    """The progress bar of a film, with a Cancel button. It is hidden unless a film is recorded."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class RecordingBar(QWidget):
 
 
 def _rgb(image: QImage) -> bytes:
-    """Return an image as rows of RGB, without the padding that Qt adds to rows."""
+    """Return the RGB bytes of an image, without the padding that Qt adds to each row."""
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     return rows[:, : 3 * image.width()].tobytes()

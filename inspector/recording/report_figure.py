@@ -1,4 +1,4 @@
-"""The body of a figure in a report, its poses, and the data with which a web page plays it."""
+"""The body and the poses of a figure in a report, and the data for a web page that plays it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _EYE = 0.35  # height of the camera above the ground, relative to the figure's h
 
 
 class FigureToDraw:
-    """The body and the poses of a figure."""
+    """The body and the poses of a figure, prepared for drawing."""
 
     def __init__(self, figure: Figure) -> None:
         self.figure = figure
@@ -52,14 +52,17 @@ class FigureToDraw:
         self.ground = lowest(positions, self._up, self.height, roots)
 
     def poses(self, pair: BeforeAfter) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return the global rotations and positions before and after the correction."""
+        """Return the pose before and the pose after the correction, from a pair of frames.
+
+        A pose is global rotations, (joints, 4), and positions, (joints, 3).
+        """
         first, second = (
             (self._rotations[t], self._positions[t]) for t in (pair.first, pair.second)
         )
         return first, second
 
     def camera(self, pair: BeforeAfter, aspect: float) -> OrbitCamera:
-        """Return the camera from which the limb of a pair is seen best.
+        """Return the camera that shows the limb of a pair best.
 
         `pair` is a pair of frames before and after the correction. `aspect` is the width of the
         picture divided by its height.
@@ -99,7 +102,7 @@ class FigureToDraw:
         }
 
     def _view(self, pair: BeforeAfter) -> dict[str, Any]:
-        """Return the camera of a pair, its limb and the joints of its person, as JSON data."""
+        """Return the camera, the limb's bones and the person's joints for a pair, as JSON data."""
         camera, chain = self.camera(pair, 1.0), _find_chain(self.figure, pair)
         every = range(len(self.figure.motion.skeleton))
         return {
@@ -112,7 +115,7 @@ class FigureToDraw:
 
 
 def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
-    """Return the camera, raised so that the grid on the ground does not cover the figure."""
+    """Return the camera, raised if the grid on the ground would cover the figure."""
     rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
     lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)

@@ -1,8 +1,8 @@
-"""A paint device that stores lines, text and images, to write them in any format.
+"""A paint device that stores lines, text and images for output in any format.
 
-When a widget is painted into the SVG writer of Qt, the writer ignores clips, and it writes cosmetic
-pens with a property that librsvg and other programs ignore. Therefore the sheet first converts
-everything to its own units, including the widths of lines and the clips.
+Qt's own SVG writer ignores clipping, and for cosmetic pens it writes a property that librsvg and
+other programs ignore. Therefore, the sheet converts everything to its own units, including line
+widths and clipping.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ _Box = QRect | QRectF
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the units of the sheet.
+    """A shape in the units of the sheet.
 
     Attributes
     ----------
     ink
-        The colour of the area, or None.
+        The colour of the area, or None for no fill.
     pen
-        The pen of the line, or None.
+        The pen of the outline, or None for no outline.
     clip
-        The visible area, or None for all.
+        The area to which the shape is clipped, or None.
     smooth
-        True to smooth the edges.
+        True to draw smooth edges (anti-aliasing).
     """
 
     path: QPainterPath
@@ -70,7 +70,7 @@ class Words:
     places
         The transformation from these coordinates to the units of the sheet.
     clip
-        The visible area, or None for all.
+        The area to which the text is clipped, or None.
     """
 
     text: str
@@ -89,7 +89,7 @@ class Words:
 
 @dataclass(frozen=True, eq=False)
 class SheetPicture:
-    """An image in a rectangle of the sheet."""
+    """An image in the rectangle `box` of the sheet."""
 
     image: QImage
     box: QRectF
@@ -100,7 +100,7 @@ Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
-    """A sheet of `width` × `height` units, with `density` units per inch."""
+    """A paint device of `width` × `height` units, with `density` units per inch."""
 
     def __init__(self, width: float, height: float, density: int) -> None:
         super().__init__()
@@ -118,7 +118,7 @@ class Sheet(QPaintDevice):
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the measure of the device that Qt asks for, such as its width."""
+        """Return the property of the device that Qt asks for, such as its width."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -140,10 +140,10 @@ class Sheet(QPaintDevice):
         }.get(which, 0)
 
     def paint(self, painter: QPainter) -> None:
-        """Paint the contents with the painter of another device.
+        """Paint the contents of the sheet with the painter of another device.
 
         At one unit per pixel, edges are as sharp as in a window; at other scales, they are
-        smoothed.
+        anti-aliased.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -169,7 +169,7 @@ class Sheet(QPaintDevice):
 
 
 class _Keeper(QPaintEngine):
-    """Stores what a painter draws, in the units of the sheet."""
+    """A paint engine that stores everything that is drawn, in the units of the sheet."""
 
     def __init__(self) -> None:
         feature = QPaintEngine.PaintEngineFeature
@@ -223,7 +223,7 @@ class _Keeper(QPaintEngine):
         self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
 
     def drawPolygon(self, points: Any, mode: Any = None) -> None:
-        """Store a polygon. A polyline is stored without a fill."""
+        """Store a polygon or polyline. A polyline is not filled."""
         corners = QPolygonF([QPointF(p) for p in points])
         path = QPainterPath()
         path.addPolygon(corners)
@@ -276,7 +276,7 @@ class _Keeper(QPaintEngine):
         inside, there = image.copy(QRectF(part).toAlignedRect()), self._places.mapRect(QRectF(box))
         self.items.append(SheetPicture(inside, there, self._clip_of(there)))
 
-    # -- keeping ------------------------------------------------------------------------------
+    # -- storing ------------------------------------------------------------------------------
 
     def _add(self, path: QPainterPath, filled: bool) -> None:
         path = self._places.map(path)
@@ -296,7 +296,7 @@ class _Keeper(QPaintEngine):
             self._draw_lines(path, pen, clip)
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
-        """Store lines, cut at a rectangular clip, because some readers ignore clips."""
+        """Store lines. They are cut at a rectangular clip, because some readers ignore clips."""
         box = upright_rectangle(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
@@ -304,9 +304,9 @@ class _Keeper(QPaintEngine):
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """Remove the latest shapes if a rectangle covers them, or their edges would be visible.
+        """Remove the latest shapes if a rectangle covers them, because their edges may be visible.
 
-        For example, a plot paints its own background over the background that Qt has painted.
+        For example, a plot paints its background over the background that Qt has painted.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -320,7 +320,7 @@ class _Keeper(QPaintEngine):
             self.items.pop()
 
     def _wide_pen(self) -> QPen | None:
-        """Return the pen with its width in the units of the sheet, or None if there is no line."""
+        """Return the pen with its width in units of the sheet, or None if no line is drawn."""
         if self._pen.style() == Qt.PenStyle.NoPen:
             return None
         pen = QPen(self._pen)
@@ -360,13 +360,13 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """Return True if a box is inside a clip. Their edges may coincide, unlike in Qt's test."""
+    """Return True if a box is inside a clip. Unlike in Qt's test, their edges may coincide."""
     edges = upright_rectangle(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _complete_font(font: QFont) -> QFont:
-    """Return the font with all attributes set, so that none depends on the device."""
+    """Return a copy of a font with all attributes set, so that none depends on the device."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())
@@ -377,7 +377,7 @@ def _complete_font(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Return diagonal lines across a shape, which replace Qt's fill patterns."""
+    """Return diagonal lines across a shape, as a replacement for Qt's fill patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH

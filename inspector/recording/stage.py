@@ -44,7 +44,7 @@ class Shown:
 class Stage(QWidget):
     """Off-screen copies of the views, with a copy of the document.
 
-    The layout uses units, which may differ from the pixels of the picture, so that text and lines
+    The layout is in units that may differ from the pixels of the picture. Text and lines therefore
     have the same size on paper at any resolution.
     """
 
@@ -75,7 +75,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return a copy of the taught frame, active if a sweep or the equations need it."""
+        """Return a copy of the teaching tab's frame, active if a sweep or the equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed
@@ -84,7 +84,7 @@ class Stage(QWidget):
         return mirrored
 
     def _dress(self) -> None:
-        """Apply the stage's theme to plain widgets, because the program may use another theme."""
+        """Apply the theme of the stage to plain widgets, which would use the program's theme."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),
@@ -119,7 +119,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """Resize the equations to the size of their rows, and disable their buttons and links."""
+        """Resize the equations to fit their rows, and disable the buttons of their headings."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -135,7 +135,7 @@ class Stage(QWidget):
         equations.resize(self._wanted.toSize())
 
     def _ink(self, equations: Equations) -> None:
-        """Apply the stage's text colours, because the program's style sheet may set others."""
+        """Apply the stage's text colours, because the program's style sheet may override them."""
         for part in equations.findChildren(QWidget):
             ink = self.theme.soft if part.objectName() == "soft" else self.theme.text
             if isinstance(part, QLabel) and part.styleSheet():
@@ -173,7 +173,7 @@ class Stage(QWidget):
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Show an image of a film: its frame, and the moving slider at its value."""
+        """Show one image of a film: go to its frame, and set the moving slider if there is one."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -181,8 +181,8 @@ class Stage(QWidget):
             self.viewport.refresh()
         if self.equations is not None:
             self.equations.refresh()
-        # No event loop runs in between, so do now what Qt would do in its next turn: the label of
-        # the frame may have grown, and a new plot in the grid becomes visible only then.
+        # No event loop runs between images, so process the events that Qt would process next: the
+        # label of the frame may have grown, and a new plot in the grid becomes visible only then.
         if self.timeline is not None:
             self.timeline.refresh()
             self.timeline.show_what_if(what_if_angles(self.taught))
@@ -204,7 +204,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """Return the stage as lines and text; only the 3D figure is an image."""
+        """Return the stage as vector lines and text. Only the 3D figure is an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)
@@ -234,7 +234,7 @@ class Stage(QWidget):
             painter.translate(-box.topLeft())
 
     def close_views(self) -> None:
-        """Close the stage and its views."""
+        """Close the stage and the copies of the views."""
         if self.viewport is not None:
             self.viewport.close()
         self.close()

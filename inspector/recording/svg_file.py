@@ -1,7 +1,7 @@
 """Write a sheet as an SVG that looks the same in all readers.
 
-The SVG has only paths, in one coordinate system. Text is stored as outlines, so that no reader
-needs the fonts; `aria-label` contains the text.
+Apart from images, the SVG contains only paths, all in the same coordinate system. Text is stored as
+outlines, so readers do not need the fonts; `aria-label` contains the text.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in the notation of SVG: moves, lines and cubic curves."""
+    """Return a path in SVG syntax: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -111,7 +111,7 @@ def _path(path: QPainterPath) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number with at most two decimals; 0.01 units are 3 µm."""
+    """Return a number as text with at most two decimals; 0.01 units are 3 µm on paper."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

@@ -12,15 +12,15 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """A slider that a film can move.
+    """A slider of the teaching tab that a film can move.
 
     Attributes
     ----------
     words
         The name of the slider.
     unit
-        '°' for an angle, '%' for a share, or '' for the stage of the explanation: stage 0 is the
-        bone at rest, 1 is the bone after its swing, and 2 is the bone after swing and twist.
+        '°' for an angle, '%' for a share, or '' for the stage of the animation: at stage 0 the bone
+        is at rest, at 1 it has swung, and at 2 it has swung and twisted.
     low, high
         The range of the slider.
     decimals
@@ -67,13 +67,16 @@ class Sweep:
     and_back: bool = True
 
     def values(self, fps: float) -> list[float]:
-        """Return the value of the slider in each image of a film, including both ends."""
+        """Return the value of the slider in each image of a film, from `first` to `last`.
+
+        If `and_back` is True, the values then move back, without repeating either end.
+        """
         count = max(2, round(self.seconds * fps))
         there: list[float] = np.linspace(self.first, self.last, count).tolist()
         return there + there[-2:0:-1] if self.and_back else there
 
     def show(self, taught: TaughtFrame, value: float) -> None:
-        """Set this slider in a taught frame, and leave the other sliders unchanged."""
+        """Set this slider of the teaching tab to a value. The other sliders stay unchanged."""
         if self.slider == "stage":
             taught.set_stage(value)
         elif self.slider == "applied":

@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Adds the rows to a form. `sweep` is the user's choice."""
+    """Adds the rows for a moving slider to a form. `sweep` is the user's choice."""
 
     changed = Signal()
 
@@ -43,7 +43,7 @@ class SweepRows(QObject):
         self.and_back.toggled.connect(self.changed)
 
     def show(self, shown: bool) -> None:
-        """Show or hide the rows."""
+        """Show the rows, or hide them if `shown` is False."""
         self._form.setRowVisible(self.slider, shown)
         self._form.setRowVisible(self._ends, shown)
 
@@ -59,7 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """Fill in the range of the selected slider, without its negative part."""
+        """Fill in the range of the selected slider, without the negative values."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

@@ -1,4 +1,4 @@
-"""Take pictures of the 3D view at print resolution, with lines of proportional thickness."""
+"""Take pictures of the 3D view at print resolution, with the line widths scaled to match."""
 
 from __future__ import annotations
 
@@ -47,7 +47,10 @@ def view_picture(viewport: Viewport, size: QSize) -> QImage:
 
 @contextmanager
 def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None]:
-    """Enlarge the window and its lines within the context."""
+    """Enlarge the window and its line widths within the context.
+
+    `times` is the factor for the line widths, and `size` is the new size of the window.
+    """
     old, samples = window.GetSize(), window.GetMultiSamples()
     looks = [a.GetProperty() for a in _actors(window)]
     widths = {look: look.GetLineWidth() for look in looks}
@@ -65,7 +68,7 @@ def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None
 
 
 def _actors(window: vtkRenderWindow) -> Iterator[vtkActor]:
-    """Yield the actors in all layers of the view."""
+    """Yield the VTK actors in all layers of the view."""
     renderers = window.GetRenderers()
     for k in range(renderers.GetNumberOfItems()):
         renderer = renderers.GetItemAsObject(k)

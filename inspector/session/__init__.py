@@ -1,1 +1,1 @@
-"""The open document: settings, opening and saving, detection, export and playback."""
+"""The document that is open in the window, and its settings, files, export and playback."""

@@ -1,4 +1,7 @@
-"""Open clips and sessions in the background. The old clip stays open until the new one is read."""
+"""Open clips and sessions in the background.
+
+The previous clip stays open until the new one has been read.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,10 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses one clip at a time. A new request cancels the previous one."""
+    """Reads and analyses one clip at a time in the background.
+
+    A new request cancels the previous one.
+    """
 
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, of slow work
@@ -30,7 +36,7 @@ class ClipOpener(QObject):
     locate = Signal(object)  # with the path of a session file: ask the user for its clip
 
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
-        """Set up an opener without a clip.
+        """Create an opener that has not opened a clip yet.
 
         `tell` and `ask` are the document's signals `message` and `question`.
         """
@@ -41,23 +47,29 @@ class ClipOpener(QObject):
 
     @property
     def busy(self) -> bool:
-        """Return True while a clip is being read."""
+        """Return True while work is running in the background."""
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Open a clip. `profile` is the τ to use if the clip has no session."""
+        """Open a clip in the background.
+
+        `profile` contains τ for each chain and is used if the clip has no session.
+        """
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip. `clip` is the new path if the clip was moved."""
+        """Open a session and its clip in the background.
+
+        If the clip was moved, `clip` is its new path.
+        """
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Call `then` as soon as the detector `method` has analysed the clip.
 
-        If that analysis does not exist yet, it is started in the background.
+        If that analysis does not exist yet, start it in the background.
         """
         if clip.kept(method) is not None:
             then()

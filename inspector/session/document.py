@@ -45,7 +45,10 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program. Every method that changes it emits a signal."""
+    """The state of the program: the open clip, its review, the playhead and the selection.
+
+    Every method that changes the state emits a signal.
+    """
 
     opened = Signal()  # the clip was opened or closed, so everything must be updated
     leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
@@ -124,15 +127,15 @@ class Document(OpenClip):
     def proposed(self, ending: str, *, own: bool = False) -> Path:
         """Return a path to propose for a file made from the clip.
 
-        A borrowed clip gets a path at which no file exists yet.
+        For a clip of a lesson or an exercise, no file exists at this path yet.
 
         Parameters
         ----------
         ending
             The end of the file name.
         own
-            If True, add the clip's format to the name if a clip of another format would get the
-            same name.
+            If True, include the clip's format in the name where a clip in another format would
+            get the same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = file_prefix(clip) if own else clip.stem
@@ -149,7 +152,10 @@ class Document(OpenClip):
         self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """Return a copy with the same clip, review and selection that never writes files."""
+        """Return a copy with the same clip, review and selection.
+
+        The copy never writes a session or a journal.
+        """
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))
@@ -160,14 +166,14 @@ class Document(OpenClip):
         return other
 
     def close_clip(self) -> None:
-        """Close the clip's journal and release its lock."""
+        """Stop reviewing the clip: close the journal and release the lock on the review."""
         self.opener.cancel()
         self.keeper.end()
 
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Apply a command to the review. Returns False if that failed."""
+        """Apply a command to the review, and record it in the journal. Returns False on failure."""
         if not self._may_change():
             return False
         try:
@@ -218,14 +224,14 @@ class Document(OpenClip):
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
     ) -> None:
-        """Decide on intervals and select the next undecided interval.
+        """Apply a decision to intervals and select the next undecided interval.
 
         Intervals that already have this decision are not changed.
 
         Parameters
         ----------
         ids
-            The intervals to decide on; the selected interval by default.
+            The ids of the intervals to decide on; the selected interval by default.
         order
             The ids of all intervals in the order of the list; sorted by chain and start by default.
         """
@@ -249,17 +255,20 @@ class Document(OpenClip):
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 
     def settle(self, judged: Judged) -> bool:
-        """Store an interval with its decision, with this reviewer as its author.
+        """Store an interval and its decision in the review, signed by this reviewer.
 
         The interval is either in this review already, or comes from another review and has an id
-        that is not used here. Returns False on failure.
+        that this review does not use yet. Returns False on failure.
         """
         at = self.now()
         mine = replace(judged, reviewer=self.reviewer, decided_at=at, in_bulk=False)
         return self._do_signed(Settle((mine,)), at)
 
     def _do_signed(self, command: Command, at: str) -> bool:
-        """Apply a command that decides on intervals. Ask for the reviewer's name if needed."""
+        """Apply a command that decides on intervals, and return True if that succeeded.
+
+        If the reviewer's name is needed but not known, emit `unsigned`.
+        """
         done = self.do(command)
         nobodys = self.borrowed is not None and not self.borrowed.signed
         if done and not (self.reviewer or nobodys):
@@ -268,7 +277,10 @@ class Document(OpenClip):
         return done
 
     def sign(self, reviewer: str) -> None:
-        """Set the reviewer's name, and add it to the decisions made since the clip was opened."""
+        """Set the reviewer's name.
+
+        The name is also added to unsigned decisions made since the clip was opened.
+        """
         self.reviewer = reviewer
         mine = (j for j in self.intervals if (j.id, j.decided_at) in self._unsigned)
         ids = tuple(j.id for j in mine if not j.reviewer)
@@ -277,7 +289,7 @@ class Document(OpenClip):
 
     @staticmethod
     def now() -> str:
-        """Return the current time in ISO 8601."""
+        """Return the current UTC time in ISO 8601 format."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
     def automatic_ids(
@@ -286,7 +298,8 @@ class Document(OpenClip):
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
         Without `at_least`, return the intervals that the program may correct automatically. Edited
-        intervals have no confidence and are left out.
+        intervals are left out because they have no confidence. Open intervals, with an uncertain
+        side or joint, are returned only if `include_open` is True.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -300,9 +313,9 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step. Returns False on failure.
 
-        `at_least` is a minimum confidence that the reviewer has chosen; the decisions are then
-        recorded as the reviewer's. Without `at_least`, the detector's limit for automatic
-        corrections is used, and the intervals are recorded as automatic corrections.
+        If `at_least` is given, it is the minimum confidence that the reviewer has chosen, and the
+        decisions are recorded as the reviewer's. If not, the detector's limit for automatic
+        corrections is used, and the decisions are recorded as automatic.
         """
         ids = self.automatic_ids(at_least)
         if at_least is None:
@@ -310,7 +323,10 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a new number for a drag. All commands with this number are undone in one step."""
+        """Return a new number to identify a drag with the mouse.
+
+        All commands with the same drag number are undone in one step.
+        """
         self._drag += 1
         return self._drag
 
@@ -327,12 +343,12 @@ class Document(OpenClip):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add and select an interval made by hand: `interval`, or one proposed at a frame.
+        """Add and select an interval made by hand.
 
-        If a lone jump or a joint jump is selected at the frame, the proposal is an error that
-        begins or ends at the jump. If no correction fits the jump, only a message is shown. If an
-        interval of the same kind already has the same frames, it is selected and nothing is added,
-        because the two offsets would add up.
+        Without `interval`, the program proposes an interval at the frame. If a lone jump or a joint
+        jump is selected at the frame, the proposal begins or ends at the jump. If no correction
+        fits the jump, only a message is shown. If an interval of the same kind already has the same
+        frames, it is selected and nothing is added, because the two offsets would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -359,7 +375,10 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def _proposed(self, frame: int) -> Interval | None:
-        """Return an interval proposed at a frame, or show a message and return None."""
+        """Return an interval proposed at a frame.
+
+        If no correction fits the selected jump, show a message and return None.
+        """
         assert self.data is not None
         selected = self.interval.interval if self.interval else None
         if selected is None or selected.kind not in (Kind.LONE_JUMP, Kind.JOINT_JUMP):
@@ -378,12 +397,15 @@ class Document(OpenClip):
         return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ (radians) of a chain and detect again. The default is the selected chain."""
+        """Set τ (radians) of a chain and detect again. By default, use the selected chain."""
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ (radians) of several chains and detect again, in one step that can be undone."""
+        """Set τ (radians) of several chains, keyed by chain name, and detect again.
+
+        The change is one step that can be undone.
+        """
         if not (self.data and tau and self._may_detect()):
             return
         if why := not_usable(self.data.analysis, self.review.state.method):
@@ -397,14 +419,14 @@ class Document(OpenClip):
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse another set of chains and switch to it, in one step that can be undone.
+        """Analyse the clip with another set of chains and switch to it, in one undoable step.
 
         Parameters
         ----------
         rig
             The rig that defines the chains.
         what
-            The name of the step in the history.
+            The name of the step in the undo history.
         message
             A sentence to show after the switch.
         """
@@ -417,7 +439,10 @@ class Document(OpenClip):
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with the τ of a profile and with its detector, if it has one, in one step."""
+        """Detect again with a profile's τ and, if the profile has one, its detector.
+
+        The change is one step that can be undone.
+        """
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
@@ -437,14 +462,15 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector with its automatic τ, and keep all decisions."""
+        """Switch to another detector with its automatic τ. All decisions stay the same."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """Return True if detection is allowed. For an exercise, show why it is not.
+        """Return True if detection is allowed.
 
-        Detection would reveal the hidden errors of the exercise.
+        In an exercise, show a message and return False, because detection would reveal the hidden
+        errors.
         """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
@@ -468,12 +494,15 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _preview_selected(self) -> None:
-        """Preview the correction of the selected interval instead of an alternative correction."""
+        """Show the selected interval's correction instead of an alternative to it."""
         if self.data is not None and self.corrected.take(self._previewed()):
             self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Analyse with the chains of the review if they differ, and return the signals to emit."""
+        """If the review's chains differ from the current chains, use the analysis with its chains.
+
+        Returns the signals that must be emitted after the change.
+        """
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
@@ -488,9 +517,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the detector of the review is in use. If not, start it and return False.
+        """Return True if the review's detector is in use. If not, begin to analyse with it.
 
-        They differ after an undo that restores a review made with another detector.
+        The review's detector changes, for example, if an undo restores an earlier choice.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

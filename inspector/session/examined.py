@@ -7,13 +7,16 @@ from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
-    """Return a sentence that says why the whole clip could not be examined, or ''."""
+    """Return a sentence with the reason why the whole clip could not be examined, or ''."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
 
 def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
-    """Return a sentence for each limb that was not examined, or one sentence for the whole clip."""
+    """Return one sentence for each limb that was not examined.
+
+    If the whole clip was not examined, return a single sentence about the clip.
+    """
     if data is None:
         return ()
     whole = reason_unexamined(data)
@@ -21,7 +24,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def one_line_summary(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence and the number of further sentences, for a single line of text."""
+    """Return the first sentence followed by the number of the others, such as "(2 more)"."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

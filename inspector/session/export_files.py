@@ -64,7 +64,7 @@ class Export:
     left_out
         A sentence about intervals that cannot be corrected, or ''.
     changed
-        A sentence if the clip on disk has changed, or ''.
+        A sentence that the clip has changed on disk, or '' if it has not.
     ours
         The SHA-256 of files that this program wrote, including the files of this export.
     own
@@ -88,10 +88,10 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Return an export of the current review, after accepting the automatic corrections if chosen.
+    """Return an export of the current review.
 
-    Raises TwistError if the export would overwrite the source or a file that this program did not
-    write.
+    If `choice.undecided` is True, the automatic corrections are accepted first. Raises TwistError
+    if the export would overwrite the source or a file that this program did not write.
     """
     data = document.data
     assert data is not None
@@ -128,8 +128,8 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
     """Return the existing files that an export would replace.
 
-    The value of each path is True if this program wrote the file. Files written in this run are
-    recognised by `ours`, their SHA-256; files of earlier runs are recognised by the report.
+    In the result, the value of each path is True if this program wrote the file. `ours` contains
+    the SHA-256 of files written in this run; files of earlier runs are listed in the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
@@ -138,7 +138,10 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 
 def files_to_hash(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Return the large files that :func:`replaced` would hash, to hash them earlier in a thread."""
+    """Return the large files that :func:`replaced` would hash.
+
+    The caller hashes them in a thread beforehand, so that the window does not block.
+    """
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
@@ -146,9 +149,9 @@ def files_to_hash(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path,
 def _written_marks(
     choice: ExportChoice, ours: Mapping[Path, str]
 ) -> dict[Path, tuple[object, ...]]:
-    """Return the known SHA-256 of each file that this run or an earlier run wrote, keyed by path.
+    """Return the SHA-256 hashes of the files that this program wrote, keyed by path.
 
-    The hashes of earlier runs are read from the report.
+    The hashes from earlier runs are read from the report.
     """
     listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
@@ -211,7 +214,7 @@ def check_targets(
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
     """Return True if a file does not exist or has not changed since this program wrote it.
 
-    `known` has the SHA-256 of each version that this program wrote, keyed by path.
+    `known` contains the SHA-256 of each version that this program wrote, keyed by path.
     """
     if not is_file(path):
         return True
@@ -221,7 +224,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 def write(export: Export, tell: Tell = nobody) -> str:
     """Correct the clip, write the chosen files, and return a sentence about the result.
 
-    `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
+    `tell` is called with the progress of the tracking filter. Raises OSError if writing fails, and
     TwistError if another program has written one of the files in the meantime.
     """
     choice, clip, state = export.choice, export.clip, export.state
@@ -296,7 +299,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
 
 
 def _moved(change: Difference) -> str:
-    """Describe how far joints moved, relative to the figure's height."""
+    """Return a sentence that states how far joints moved, relative to the figure's height."""
     rest, still = change.rest_of_height, change.rest_of_height < _STILL
     if not change.moved and still:
         return tr("No joint moved.")

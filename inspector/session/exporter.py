@@ -15,7 +15,10 @@ from twistcore.work.progress import Tell
 
 
 class Exporter(QObject):
-    """Writes exports and shows their progress and result, while the review can continue."""
+    """Writes exports in the background and shows their progress and result.
+
+    The user can continue the review in the meantime.
+    """
 
     ended = Signal()
     written = Signal(object, str)  # a finished Export, and the sentence to show about it
@@ -32,7 +35,7 @@ class Exporter(QObject):
         return self._export is not None
 
     def start(self, choice: ExportChoice) -> None:
-        """Start an export with the current review."""
+        """Start an export of the current review with the options `choice`."""
         if self._export is not None:
             name = self._export.choice.path.name
             message = tr("{name} is still being written. Export again when it is done.", name=name)
@@ -52,7 +55,7 @@ class Exporter(QObject):
         task.start()
 
     def finish(self) -> bool:
-        """Wait until the export is written. If it failed, show the reason and return False."""
+        """Wait until the export is written. If writing fails, show the reason and return False."""
         if self._export is None:
             return True
         loop = QEventLoop()

@@ -1,4 +1,4 @@
-"""Messages about a detector that is not installed or fails on the clip."""
+"""Handle a review's detector that is not installed or fails on the clip."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from twistcore.review.reasons import redetected_intervals
 
 
 def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """Return the intervals that a review's detector finds at the review's τ.
+    """Return the intervals that the review's detector finds at the review's τ.
 
-    A detector that fails is no longer used for this clip; the default detector replaces it.
+    If the detector fails, the default detector replaces it for this clip.
     """
     try:
         return redetected_intervals(analysis, state)
@@ -23,7 +23,7 @@ def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Int
 
 
 def not_usable(analysis: ClipAnalysis, method: str) -> str:
-    """Return a message if a review's detector is missing or fails, or '' if it can be used."""
+    """Return a message if a review's detector is not installed or fails on the clip, or ''."""
     if why := analysis.failure(method):
         return tr(
             "The detector of this review fails on the clip: {why}. You can judge and export the "
@@ -40,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return a message that another detector was used instead of the review's detector."""
+    """Return a message that the detector `method` was replaced by the default detector."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

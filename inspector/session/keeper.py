@@ -1,6 +1,6 @@
 """Protect the review of the open clip with a session file, a journal and a lock.
 
-This module also finds the journals of earlier runs, and restores or deletes them.
+Journals that earlier runs left behind are found here, and are restored or deleted.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ from twistcore.review.session import session_bytes
 
 @dataclass(frozen=True, eq=False)
 class PutAside:
-    """A review that was put aside while another clip is open, to be continued later.
+    """A review to be continued later, for example while a lesson has another clip open.
 
     Attributes
     ----------
     kept
         The review with its clip and session file.
     journal
-        The path of the journal, or None if it has no journal.
+        The path of the review's journal, or None if there is none.
     steps
         The number of steps in the journal.
     leftovers
-        Journals of earlier runs that the user has neither continued nor discarded.
+        Journals of earlier runs that the user has neither restored nor discarded.
     """
 
     kept: KeptReview
@@ -57,22 +57,22 @@ class PutAside:
 
 
 class Keeper(QObject):
-    """The session file, journal and lock of the open clip.
+    """Manages the session file, journal and lock of the open clip.
 
-    The journal of an earlier run is kept until the user continues or discards it.
+    The journal of an earlier run is not deleted until the user restores or discards it.
     """
 
     locked = Signal()  # another window holds the review
 
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
-        """Set up a keeper without a clip.
+        """Create a keeper that does not protect a clip yet.
 
-        `message` is a signal that shows a sentence, with True for an error.
+        `message` is a signal with a sentence to show and True if the sentence reports an error.
         """
         super().__init__(parent)
         self.message = message
         self.read_only = False
-        # Journals of earlier runs that the user has neither continued nor discarded, latest first.
+        # Journals of earlier runs that the user has neither restored nor discarded, latest first.
         self.leftovers: list[Leftover] = []
         self.notes: list[str] = []  # sentences about problems with opening the clip
         self.away: Path | None = None  # the folder of the journal if the clip's folder is read-only
@@ -108,14 +108,17 @@ class Keeper(QObject):
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return the review so that it can be continued later, or None if no clip is open."""
+        """Return the open review in a form that `resume` can continue later.
+
+        Returns None if no clip is open.
+        """
         if self._kept is None:
             return None
         self.journal.flush()
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
     def resume(self, aside: PutAside) -> None:
-        """Continue a review that was put aside, in its previous journal."""
+        """Continue a review that was put aside, and record its next steps in the same journal."""
         self._watch(aside.kept)
         if self.read_only:
             return
@@ -132,9 +135,9 @@ class Keeper(QObject):
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
         """Return the journals of this clip from earlier runs, the latest first.
 
-        The journals may be next to the clip, next to its session, or in the user's folder for
-        reviews of clips in read-only folders. Journals that another window uses are skipped, unless
-        this window has just taken over the lock.
+        The journals may be next to the clip, next to its session, or in the folder for reviews of
+        clips in read-only folders. Journals that another window uses are skipped, unless this
+        window has just taken over the lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -159,10 +162,10 @@ class Keeper(QObject):
         self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
-        """Continue a recovered review in its journal.
+        """Continue a recovered review and record its next steps in its journal.
 
-        If limbs were added to the review, a new journal is started instead. The old journal is
-        deleted when the new one is on disk.
+        If the program has added limbs to the review, a new journal is started instead. The old
+        journal is deleted as soon as the new one is on disk.
         """
         self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
@@ -171,9 +174,9 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a journal after the user's answer, or because it has no new decisions.
+        """Delete a journal that is no longer needed.
 
-        A journal with unreadable lines is renamed instead.
+        If the journal has unreadable lines, it is renamed instead.
         """
         if leftover.recovered.damaged:
             self.keep(leftover, ".damaged")
@@ -181,9 +184,9 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a journal so that it is not offered again.
+        """Rename a journal so that the user is not asked about it again.
 
-        Returns its new name, or '' on failure.
+        `mark` is added to its name. Returns the new name, or '' on failure.
         """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
@@ -208,9 +211,9 @@ class Keeper(QObject):
     # -- the session file ---------------------------------------------------------------------
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
-        """Write the session file, to `path` if given.
+        """Write the session file to `path` or, by default, to its usual path.
 
-        Returns True on success, and a sentence to show.
+        Returns True on success or False, and a sentence to show.
         """
         kept = self._kept
         if kept is None:
@@ -275,7 +278,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """Return the files that only the review may write: session, journal and lock."""
+        """Return the files that exports must not overwrite: session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
@@ -285,7 +288,10 @@ class Keeper(QObject):
     # -- places and lock ----------------------------------------------------------------------
 
     def may_change(self) -> bool:
-        """Return True if this window may change the review. If not, emit `locked`."""
+        """Return True if this window may change the review. If not, emit `locked`.
+
+        The lock is checked first, because another window may have taken it over.
+        """
         kept, lock = self._kept, self.lock
         if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
@@ -299,7 +305,7 @@ class Keeper(QObject):
     def take_over(self) -> str:
         """Take the lock over from another window.
 
-        Returns '', or a sentence that says why that failed.
+        Returns '' on success, or a sentence with the reason for the failure.
         """
         if self.lock is None or self._kept is None:
             return ""

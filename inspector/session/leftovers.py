@@ -43,7 +43,8 @@ class Leftover:
     same_clip
         True if the journal belongs to this version of the clip.
     completed
-        True if limbs were added to the review, so that its journal cannot be continued as it is.
+        True if the program has added limbs to the review; the journal lacks them and therefore
+        cannot be continued.
     """
 
     recovered: Recovered
@@ -87,7 +88,7 @@ def unsaved_clips(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return the number of intervals whose decision or frames differ between journal and session.
+    """Return the number of intervals that a journal changes compared with its session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -101,11 +102,11 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """Read a journal. Returns None for the leftover if the journal cannot be used.
+    """Read a journal of an earlier run.
 
-    The second result is a sentence to show, or '' if there is no problem. A damaged journal is
-    renamed. If the journal is from a version that did not detect limb flips, the clip's flips are
-    added as undecided intervals.
+    Returns the leftover, or None if the journal cannot be used, and a sentence to show, or '' if
+    there is no problem. A damaged journal is renamed. If the journal is from a version that did not
+    detect limb flips, the clip's flips are added as undecided intervals.
     """
     try:
         recovered = recover(path, clip)
@@ -161,9 +162,10 @@ def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
 
 
 def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many of a journal's decisions a review lacks, and how many the journal has.
+    """Return the number of a journal's decisions that a review lacks, and their total number.
 
-    A difference in settings counts as one decision.
+    Changed settings (τ, detector, chains or tracking) count as one decision, and so do changes to
+    the frames left out of tuning.
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
@@ -176,7 +178,7 @@ def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """Return True if `state` lacks the journal's changes to the frames left out of tuning.
+    """Return True if `state` lacks a journal's changes to the frames left out of tuning.
 
     `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
@@ -187,7 +189,10 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:
-    """Return the decision about an interval, and its frames and offset if a person set them."""
+    """Return the user's changes to an interval, as a tuple to compare.
+
+    The tuple contains the decision and, if the user set them, the frames and the offset.
+    """
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

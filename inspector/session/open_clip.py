@@ -25,7 +25,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """The poses shown in the 3D view."""
+    """The poses to show in the 3D view: before the correction, after it, or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -41,7 +41,7 @@ class Borrowed:
     write_to
         The folder for files made from the clip.
     why
-        A sentence that says why its review is not saved.
+        A sentence with the reason why its review is not saved.
     signed
         True if decisions carry the reviewer's name, as in a class exercise.
     over
@@ -104,13 +104,14 @@ class OpenClip(QObject):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """Return all intervals of the open clip, sorted by chain and start; () without a clip."""
+        """Return all intervals of the open clip, sorted by chain and start; () if none is open."""
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
-        """Return an interval as displayed, with the learned confidence if that is switched on.
+        """Return an interval with the confidence that the views display.
 
-        An edited interval has no confidence, because the detector computed it for other values.
+        This is the learned confidence if that is switched on. An edited interval has no confidence,
+        because the detector computed it for the values before the edit.
         """
         sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
@@ -124,7 +125,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def severity(self, judged: Judged) -> float:
-        """Return the contribution of an interval to the clip's severity, in degrees."""
+        """Return the severity, in degrees, that this interval alone would give the clip."""
         interval = judged.interval
         if interval not in self._severities:
             assert self.data is not None
@@ -134,7 +135,7 @@ class OpenClip(QObject):
         return self._severities[interval]
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences, or those of the detector if `learned` is None."""
+        """Show learned confidences, or the detector's confidences if `learned` is None."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
@@ -145,18 +146,18 @@ class OpenClip(QObject):
         return self.found(self.interval_id)
 
     def found(self, interval_id: int | None) -> Judged | None:
-        """Return the interval with an id, or None if the open clip has no such interval."""
+        """Return the interval with this id, or None if the open clip has no such interval."""
         return next((j for j in self.intervals if j.id == interval_id), None)
 
     @property
     def frames(self) -> int:
-        """The number of frames, 0 without a clip."""
+        """The number of frames of the open clip, or 0 if no clip is open."""
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """Return a chain or limb of the open clip.
+        """Return the chain or limb of the open clip with this name.
 
-        Raises KeyError if there is none with this name.
+        Raises KeyError if there is none.
         """
         for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:
@@ -169,9 +170,9 @@ class OpenClip(QObject):
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Return the sum of the offsets of a chain's intervals except rejected ones, in radians.
+        """Return the sum of a chain's offsets in each frame, in radians, (frames,).
 
-        The result has the shape (frames,).
+        Rejected intervals are left out.
         """
         return self._corrected.offset(chain) if self._corrected else np.zeros(0)
 
@@ -185,10 +186,10 @@ class OpenClip(QObject):
         return self._corrected
 
     def _previewed(self) -> tuple[Interval, ...]:
-        """Return the intervals whose corrections are previewed: all except rejected ones.
+        """Return the intervals to preview as corrected: all except the rejected ones.
 
-        If several corrections of the same frames are alternatives, only the accepted, selected or
-        most confident one is returned.
+        Of several alternative corrections of the same frames, only the accepted, the selected or
+        the most confident one is returned.
         """
         assert self.data is not None
         state, chains = self.review.state, self.data.chains_and_limbs
@@ -202,9 +203,9 @@ class OpenClip(QObject):
 
     @property
     def suggested_chains(self) -> frozenset[str]:
-        """Return the chains with a correction at the current frame that no person has chosen.
+        """Return the names of chains with an undecided correction at the current frame.
 
-        The selected interval and intervals made by hand are ignored.
+        The names of chains with an accepted, selected or hand-made interval there are left out.
         """
         here = [
             judged
@@ -252,9 +253,10 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain. If `jump` is True, also move the playhead to it.
+        """Select an interval and its chain. None deselects the interval.
 
-        An id that no longer exists is ignored.
+        If `jump` is True, also move the playhead to the interval. An id that no longer exists is
+        ignored.
         """
         judged = self.found(interval_id)
         if judged is None and interval_id is not None:
@@ -273,8 +275,9 @@ class OpenClip(QObject):
     ) -> bool:
         """Select the next (+1) or previous (−1) interval, and wrap around at the end of the list.
 
-        If none is selected, the search starts at the playhead or, in the order of severity, at an
-        end of the list. Returns False if there is no other interval.
+        If no interval is selected, the search starts at the playhead; if the list is sorted by
+        severity, it starts at the beginning or end of the list. Returns False if there is no other
+        interval.
 
         Parameters
         ----------
@@ -345,7 +348,10 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """List only one person's intervals and select one of that person's chains; '' lists all."""
+        """List only one person's intervals and select one of that person's chains.
+
+        '' lists the intervals of everyone.
+        """
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -357,23 +363,23 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """Return the chains and limbs whose intervals are listed, of one person or of everyone."""
+        """Return the chains and limbs of the listed person, or of everyone if all are listed."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
     def _others(self) -> frozenset[str]:
-        """Return the chains of all people whose intervals are not listed."""
+        """Return the names of the chains of all other people, whose intervals are not listed."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def show_tracked(self, motion: Motion | None) -> None:
-        """Show a tracked motion next to the corrected clip; None shows the corrected clip alone."""
+        """Show the tracked (filtered) motion next to the corrected clip; None hides it."""
         if motion is not self.tracked:
             self.tracked = motion
             self.tracked_changed.emit()
 
     def set_show(self, show: Show) -> None:
-        """Choose the poses in the 3D view: before, after or both."""
+        """Set the poses to show in the 3D view: before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

@@ -1,4 +1,4 @@
-"""Read and analyse a clip, and compute all data that stay the same during a review."""
+"""Read and analyse a clip, and compute the data that stay the same during a review."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """A file's time, size and inode, compared to detect a change without reading the file."""
+    """A file's time, size and inode, which show whether the file has changed without reading it."""
 
     modified: int  # nanoseconds
     size: int
@@ -58,12 +58,12 @@ class Analysed:
     session, session_sha256
         The session file from which the review was read, and its SHA-256.
     earlier
-        The intervals in a review of another version of this clip.
+        The intervals of a session for another version of this clip.
     notes
         Sentences to show when the clip is opened.
     added
-        The number of intervals of kinds that are newer than the session; None if there is no newer
-        kind.
+        The number of intervals added because their kinds are newer than the session; None if the
+        session already had all kinds.
     stamp
         The stamp of the clip's file before the clip was read; None for a clip in memory.
     blind
@@ -109,7 +109,7 @@ class Analysed:
     def proposed_at(
         self, jump: Interval, others: Iterable[Interval], method: str
     ) -> Interval | None:
-        """Return an interval that may begin or end at a jump, or None.
+        """Propose an interval that begins or ends at a jump, or return None.
 
         `others` are all other intervals of the clip, and `method` is the detector.
         """
@@ -122,9 +122,9 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle to which a chain's offsets refer, in radians, (frames,).
+        """Return the angle in radians, (frames,), to which the offsets of a chain or limb apply.
 
-        The angle is θp for a chain and the swivel angle φ for a limb.
+        This is the twist θp for a chain and the swivel angle φ for a limb.
         """
         limb = self.limb(chain)
         return self.signals[chain].theta_p if limb is None else limb.swivel.angle
@@ -136,12 +136,12 @@ class Analysed:
 
     @property
     def rotations(self) -> Array:
-        """Global rotations as captured, (frames, joints, 4)."""
+        """The global rotations as captured: quaternions, (frames, joints, 4)."""
         return self.analysis.poses[0]
 
     @property
     def positions(self) -> Array:
-        """Positions as captured, (frames, joints, 3)."""
+        """The global joint positions as captured, (frames, joints, 3)."""
         return self.analysis.poses[1]
 
 
@@ -165,8 +165,8 @@ _READ, _DETECTED = 0.1, 0.9
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip with its latest session. Raises TwistError. Thread-safe.
 
-    The session determines τ and the chains. Without a session, τ comes from `profile` and the
-    chains come from the rig. `tell` is called with the progress.
+    The session determines τ and the chains. If there is no session, τ is read from `profile` and
+    the chains from the stored rig of the skeleton. `tell` is called with the progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -191,9 +191,9 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
 def _read(
     path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
 ) -> Analysed:
-    """Read a clip and start a new review.
+    """Read and analyse a clip and start a new review.
 
-    If `session` is given and its chains fit the clip, they are used.
+    If the chains of `session` fit the clip, they are used.
     """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
@@ -205,9 +205,9 @@ def _read(
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """Return the rig of the session or, without one, the rig stored for the skeleton.
+    """Return the session's rig if it fits the motion; if not, the rig stored for the skeleton.
 
-    The second result is a message if the stored rig is damaged, or ''.
+    The second result is a message if the stored rig cannot be used, or ''.
     """
     if session is not None:
         with suppress(TwistError):
@@ -227,7 +227,7 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip in memory. `tell` is called with the progress."""
+    """Analyse a clip that has already been read. `tell` is called with the progress."""
     found, missing = _searched(clip, profile, tell, rig)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
@@ -235,7 +235,7 @@ def analyse_clip(
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
     """Detect errors in a clip with the τ and the detector of a profile.
 
-    The second result is the name of the profile's detector if it could not be used.
+    The second result is the name of the profile's detector if it could not be used, or ''.
     """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
@@ -252,7 +252,7 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
         analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
-    # Compute here, in a thread, what the views need first, since it would block the window.
+    # Compute the values that the views need first in this thread, so as not to block the window.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
     return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
@@ -261,9 +261,9 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     """Read a session and its clip. Raises TwistError.
 
     Without `clip_path`, the clip is searched for at its old path and next to the session. If the
-    clip has changed, the result has a new review, and the session's intervals are in `earlier`. The
-    session of an export is never overwritten; its review is saved in the clip's session. `tell` is
-    called with the progress.
+    clip has changed, the result has a new review, and `earlier` contains the session's intervals.
+    If the session belongs to an export, it is never overwritten; later changes are saved in the
+    clip's session. `tell` is called with the progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -295,7 +295,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
-        review.mark_unsaved()  # the review is saved in the clip's session
+        review.mark_unsaved()  # the review will be saved in the clip's session instead
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
 
@@ -314,18 +314,18 @@ def unknown_kinds_sentence(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with undecided intervals added for kinds that are new to it.
+    """Return the review with undecided intervals added for kinds of errors that it lacks.
 
-    Missing limbs are added with their τ, flips and lone jumps. Capture faults and carried rolls are
-    added if the review has none of that kind. Undecided errors of single joints get an offset,
-    which reviews of earlier versions do not have. If there is nothing to add, the same object is
-    returned.
+    Reviews by earlier versions of the program lack the newer kinds. Missing limbs are added with
+    their τ, flips and lone jumps. Capture faults and carried rolls are added if the review has none
+    of that kind. Undecided errors of single joints get the offset that earlier versions did not
+    store. If there is nothing to add, the same object is returned.
     """
     return _with_offsets(_with_faults(_with_limbs(state, analysis), analysis), analysis)
 
 
 def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with offsets for errors of single joints that nobody has decided on."""
+    """Return the review with offsets added to undecided errors of single joints."""
     without = {
         j.id
         for j in state.intervals
@@ -353,7 +353,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with capture faults added for each kind that the review does not have."""
+    """Return the review with the capture faults and carried rolls of each kind that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -370,7 +370,7 @@ def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _carried_rolls(state: ReviewState, analysis: ClipAnalysis, method: str) -> list[Interval]:
-    """Return the carried rolls that overlap no interval of a review, at the review's τ."""
+    """Return the carried rolls at the review's τ that do not overlap any of its intervals."""
     detector = analysis.detector(method, {Kind.CARRIED_ROLL})
     taken = [(j.interval.chain, j.interval.start, j.interval.stop) for j in state.intervals]
     return [
@@ -402,9 +402,9 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def opening_notes(
     data: Analysed, away: Path | None, notes: Sequence[str]
 ) -> Iterator[tuple[str, bool]]:
-    """Yield sentences about a newly opened clip, each with True if it reports a problem.
+    """Yield sentences about a newly opened clip, each with True if it must stay until closed.
 
-    `away` is the folder of the clip's review if it differs from the clip's folder. `notes` are
+    `away` is the folder of the clip's review if the clip's folder is read-only. `notes` are
     sentences about problems with the review.
     """
     if data.session is not None:

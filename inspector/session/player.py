@@ -53,9 +53,10 @@ class Player(QObject):
             self.changed.emit()
 
     def play_edge(self, *, other: bool = False) -> bool:
-        """Play once across the edge of the selected interval that is nearest to the playhead.
+        """Play once across the beginning or end of the selected interval.
 
-        If `other` is True, play across the other edge. Returns False if no interval is selected.
+        The edge nearer to the playhead is played or, if `other` is True, the farther one. Returns
+        False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:
@@ -74,12 +75,12 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval with half a second on either side, or stop looping."""
+        """Loop over the selected interval and half a second on either side; False stops this."""
         self.looping = on
         self._begin()
 
     def span(self) -> tuple[int, int]:
-        """Return the frames [first, stop) of the loop."""
+        """Return the frames [first, stop) to play, of the loop or of the whole clip."""
         frames = self._document.frames
         judged = self._document.interval
         if not self.looping or judged is None or self._document.data is None:

@@ -1,4 +1,4 @@
-"""Ask the user about earlier reviews of the open clip, its lock, its journal and its file."""
+"""Questions to the user about an earlier review, the lock, the journal and the file of a clip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks the questions and acts on the answers. Unanswered ones are asked at the next start."""
+    """Asks questions about the open clip and acts on the answers.
+
+    Unanswered questions are asked again when the program is started next time.
+    """
 
     question = Signal(str, object)  # a question with its answers, ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -37,7 +40,7 @@ class Recovery(QObject):
         when_ready: Callable[[ReviewState, Callable[[], object]], None],
         parent: QObject,
     ) -> None:
-        """Set up the questions without a clip.
+        """Prepare to ask questions. No clip is open yet.
 
         Parameters
         ----------
@@ -46,7 +49,7 @@ class Recovery(QObject):
         use
             Makes a review the open review.
         when_ready
-            Analyses the chains of a review, then calls a function.
+            Analyses the clip with the chains of a review, then calls a function.
         """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
@@ -75,14 +78,17 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """Withdraw all questions about the previous clip. `data` is the next clip."""
+        """Withdraw all questions about the previous clip. `data` is the clip to be opened next."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False
         self.withdrawn.emit()
 
     def check_lock_and_clip(self) -> None:
-        """Check the lock and the clip's file. Call this method when the window is activated."""
+        """Check whether another window has taken the lock or another program changed the clip.
+
+        Call this method when the window is activated.
+        """
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -100,7 +106,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        After each change, also ask the user once whether to open the changed clip again.
+        After each change, also ask the user once whether to open the clip again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -171,10 +177,10 @@ class Recovery(QObject):
         return self._data
 
     def restore(self, leftover: Leftover) -> None:
-        """Continue the review in a journal of an earlier run.
+        """Restore the review from a journal of an earlier run, and continue it.
 
         If the journal belongs to another version of the clip, or if the open review has already
-        been changed, the journal's decisions are added to the open review instead.
+        been changed, add the journal's decisions to the open review instead.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -191,7 +197,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def _add(self, leftover: Leftover) -> bool:
-        """Add a journal's decisions to the open review. Returns True when they are on disk."""
+        """Add a journal's decisions to the open review. Returns True if they are safely on disk."""
         left, here = leftover.recovered.review.state, self._keeper.review.state
         fitting = _fitting(left.intervals, self._open().motion.frames)
         steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
@@ -239,7 +245,7 @@ class Recovery(QObject):
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open again: the session if it is in another folder, else the clip."""
+        """Return the file to open again: the clip, or its session if that has an unusual path."""
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session
@@ -259,5 +265,5 @@ class Recovery(QObject):
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """Return the intervals of another version's review that end within this clip."""
+    """Return the intervals of an earlier review that end within a clip of this many frames."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

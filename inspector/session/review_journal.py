@@ -40,25 +40,25 @@ class KeptReview:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """Return the session paths next to which the journal and the lock may be, preferred first.
+        """Return the paths at which the session may be saved, the preferred one first.
 
-        These are the path of the session, and a path in the user's folder for reviews of clips in
-        read-only folders.
+        The journal and the lock are saved next to the session. If the preferred folder is
+        read-only, the second path, in the user's home, is used.
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
-        """Return the paths of `places`, and the default session path next to the clip."""
+        """Return the paths in `places` and the default session path next to the clip."""
         return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
 class ReviewJournal(QObject):
     """The journal of the open review.
 
-    The file is created with the first command, so that merely opening a clip creates no file. A
-    drag is written as one entry with its final values.
+    The file is created with the first command; merely opening a clip does not create a file. A drag
+    with the mouse is written as one entry with its final values.
     """
 
     failing = Signal(str)  # steps could not be written; emitted again for every further step
@@ -88,7 +88,7 @@ class ReviewJournal(QObject):
 
     @property
     def on_disk(self) -> bool:
-        """Return True if every step of the review is in the journal."""
+        """Return True if every step of the review has been written to disk."""
         return self._pending is None and not self._behind
 
     # -- one review after the other -----------------------------------------------------------
@@ -161,7 +161,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Write a command to disk. In a drag, only the last step is written."""
+        """Write a command to disk. Of the commands of one drag, write only the last."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:
@@ -188,7 +188,7 @@ class ReviewJournal(QObject):
         self._append(state_entry(kept.clip, kept.review.state) if self._detached else entry)
 
     def flush(self) -> None:
-        """Write the last step of a drag to disk if it is still waiting."""
+        """Write the last step of a drag to disk if it has not been written yet."""
         self._idle.stop()
         if self._pending is not None:
             pending, self._pending = self._pending, None
@@ -206,7 +206,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return where the unsaved steps are, for the end of a sentence."""
+        """Return where the unsaved steps are stored, as the end of a sentence."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -245,14 +245,17 @@ class ReviewJournal(QObject):
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
-        """Begin a journal with the state before the last command. Returns None on failure."""
+        """Create a journal that begins with the state before the last command.
+
+        Returns None on failure.
+        """
         review = self._open.review
         if self._begin(review.state_before_last, back=1):
             self._first, self._detached = review.position - 1, False
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with the review as it was `back` steps ago.
+        """Create a journal that begins with `state`, the review as it was `back` steps ago.
 
         Returns False if no folder is writable.
         """

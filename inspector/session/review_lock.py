@@ -1,9 +1,10 @@
 """The lock on a clip's review, so that only one window at a time can change the review.
 
-The file is locked by the operating system, which releases the lock when its holder ends. A reused
-process id or an empty file after a crash therefore never locks the review forever. The file's text
-has the format of a QLockFile (process id, program, computer) and is shown to the user. If it names
-another computer, the user is asked, because the locks of other computers may be invisible here.
+The operating system locks the file, and releases the lock when the program that holds it ends. A
+reused process id or an empty file after a crash therefore never locks the review forever. The text
+in the file has the format of a QLockFile (process id, program, computer) and is shown to the user.
+If it names another computer, the user is asked, because this computer may not see locks of other
+computers.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link might lead to another user's f
 
 @dataclass(frozen=True)
 class Holder:
-    """The holder of a lock, as written in the lock file.
+    """The program that holds a lock, as written in the lock file.
 
     Attributes
     ----------
@@ -59,7 +60,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file. Call :meth:`take` to lock it."""
+    """A lock file. It is not locked until :meth:`take` is called."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -101,17 +102,19 @@ class ReviewLock:
         return False
 
     def take_over(self) -> bool:
-        """Take the lock over from its holder.
+        """Take the lock over from its holder, and return True if that succeeded.
 
-        Raises OSError if that fails, for example on Windows while the holder is running.
+        Raises OSError if the lock file cannot be deleted, for example on Windows while the holder
+        is running.
         """
         self.path.unlink(missing_ok=True)
         return self.take()
 
     def is_ours(self) -> bool:
-        """Return True if this window still holds the lock. A deleted lock file is created again.
+        """Return True if this window still holds the lock.
 
-        If another window has taken the lock over, return False and set `holder`.
+        If the lock file was deleted, it is created again. If another window has taken the lock
+        over, return False and set `holder`.
         """
         if self._handle is not None and _same(self.path, self._handle):
             return True
@@ -136,7 +139,7 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """Open or create the file. Return its handle and whether it is writable. Raises OSError."""
+    """Open or create a lock file. Return its handle and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
         check_ordinary(path, path.lstat().st_mode)
     try:
@@ -155,7 +158,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Return the holder written in the file, or None if the file names no holder."""
+    """Return the holder that is written in a lock file, or None if the file does not name one."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():

@@ -1,4 +1,4 @@
-"""Read and write rig profiles. A rig profile has the user's changes to a skeleton's chains.
+"""Read and write rig profiles, which contain the user's changes to the chains of a skeleton.
 
 Each skeleton has its own file, which is read when a clip with this skeleton is opened.
 """
@@ -17,14 +17,14 @@ from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write
 
 
 def rig_path(skeleton: Skeleton) -> Path:
-    """Return the path of a skeleton's rig profile, in the folder of the settings."""
+    """Return the path of a skeleton's rig profile, which is stored with the settings."""
     return settings_path().parent / "rigs" / f"{skeleton_mark(skeleton)[:24]}.toml"
 
 
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
-    """Return the rig profile of a motion's skeleton, and a sentence to show, or ''.
+    """Return the stored rig of a motion's skeleton, and a sentence about a problem, or ''.
 
-    If the file is damaged, it is renamed and chains are found automatically.
+    Without a usable rig profile, the chains are found automatically. A damaged file is renamed.
     """
     path = rig_path(motion.skeleton)
     if not is_there(path):
@@ -45,7 +45,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
 def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
     """Write the rig profile of a skeleton, or delete it if the rig has no changes.
 
-    Raises OSError.
+    `source` is the name of the clip that the rig was made for. Raises OSError.
     """
     path = rig_path(skeleton)
     if not rig:

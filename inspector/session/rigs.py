@@ -17,7 +17,7 @@ _KEPT = 4  # maximum number of analyses, because each may take hundreds of megab
 
 
 class Rigs:
-    """A cache of the analyses of the open clip with the latest few rigs (sets of chains)."""
+    """A cache of analyses of the open clip, one for each of the last few rigs (sets of chains)."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -25,7 +25,7 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Start with another clip, and discard all analyses of the previous one."""
+        """Begin with another clip, and discard all analyses of the previous one."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
@@ -38,7 +38,7 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """Return the analysis with a rig, or None if the clip has not been analysed with it."""
+        """Return the stored analysis with a rig, or None if there is none."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
@@ -60,7 +60,7 @@ class Rigs:
     ) -> None:
         """Analyse the clip with other chains, then call `do` with the command to switch to them.
 
-        `what` is the name of the step in the history.
+        `what` is the name of the step in the undo history.
         """
         present = self.present
         assert present is not None
@@ -72,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Return the analysis of the same clip and review with a rig. Called in a thread."""
+        """Return the analysis of the clip with a rig, computed if needed. Called in a thread."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -1,7 +1,7 @@
 """The names and folders of a clip's session, journals and lock.
 
-If the clip's folder is read-only, these files are stored in the refuge, a folder in the user's
-home.
+If the clip's folder is read-only, these files are stored in a folder in the user's home, which is
+called the refuge in the code.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ def session_path(clip: Path) -> Path:
 
 
 def replay_path(export: Path) -> Path:
-    """Return the path of the session that is saved with an export, to repeat the export."""
+    """Return the path of the session that is saved with an export to make it repeatable."""
     return export.with_name(file_prefix(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
-    """Return True if a session file can have this name, such as `walk.twist.json.earlier`."""
+    """Return True if this may be the name of a session, such as `walk.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 
 def refuge_path(clip: Path) -> Path:
-    """Return the path in the refuge for the session of a clip in a read-only folder."""
+    """Return the path, in the user's home, for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     name = file_prefix(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # room for the endings of journal and lock
@@ -70,9 +70,10 @@ def _refuge() -> Path:
 def first_success(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
-    """Call `make` with each path until it succeeds; return the path, the result and the last error.
+    """Call `make` with one path after another until it succeeds.
 
-    Raises the last OSError if no path works.
+    Returns the path, the result of `make` and the last OSError, or None if there was none. Raises
+    the last OSError if `make` fails with every path.
     """
     trouble = None
     for place in places:
@@ -89,9 +90,9 @@ def first_success(
 def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
-    Sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions of
-    a clip with the same name in another format are ignored. Earlier versions did not write the
-    format into the session's name; such a session is used only if there is no other.
+    Sessions may be next to the clip, in the user's home, or where "Save as" last saved one.
+    Sessions of a clip with the same name in another format are ignored. Earlier versions did not
+    include the format in the session's name; such a session is used only if there is no other.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -110,7 +111,7 @@ def kept_sessions(clip: Path) -> list[Path]:
 
 
 def remember_place(clip: Path, session: Path) -> None:
-    """Store the path at which a clip's session was saved, unless it is a default path."""
+    """Store the path at which a clip's session was saved, unless it is one of the default paths."""
     refuge = refuge_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
@@ -134,7 +135,7 @@ def journals(session: Path) -> list[Path]:
 
 
 def journal_owners(folder: Path) -> set[str]:
-    """Return the names of the sessions in a folder that have a journal."""
+    """Return the names of the sessions that have a journal in a folder."""
     try:
         with os.scandir(folder) as entries:
             cut = (e.name.rpartition(JOURNAL_SUFFIX) for e in entries)
@@ -152,9 +153,9 @@ def modified_ns(path: Path) -> int:
 
 
 def make_latest(path: Path, others: Iterable[Path]) -> None:
-    """Make sure that a newly written file has a later time than the other files.
+    """Make sure that a newly written file has a later modification time than the other files.
 
-    This is needed only if the clock was set back or another computer wrote the other files.
+    A change is needed only if the clock was set back or another computer wrote the other files.
     """
     newest = max((modified_ns(other) for other in others if other != path), default=0)
     if modified_ns(path) <= newest:
@@ -163,7 +164,10 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def rename_damaged(path: Path, why: str) -> str:
-    """Rename a damaged file. Return a sentence with the reason `why` and the file's new name."""
+    """Rename a damaged file. Return a sentence about the damage and the new file name.
+
+    `why` is a description of the damage.
+    """
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
@@ -176,10 +180,11 @@ def rename_damaged(path: Path, why: str) -> str:
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session. If the file contains another review, rename it first and return a sentence.
+    """Write a session and return a sentence about a copy of the previous file, or ''.
 
-    `known` has the SHA-256 of each session file when this program last read or wrote it, and is
-    updated. If OSError is raised, nothing is changed.
+    The previous file is copied if it contains a review that this program has neither read nor
+    written. `known` contains the SHA-256 of each session file when this program last read or wrote
+    it, and is updated. If OSError is raised, the previous file is not changed.
     """
     message = ""
     if is_there(path):
@@ -199,7 +204,10 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 
 
 def decided_counts(clip: Path) -> tuple[int, int] | None:
-    """Return the numbers of decided and of all intervals in a clip's latest session, or None."""
+    """Return the number of decided intervals and of all intervals in a clip's latest session.
+
+    Returns None if there is no readable session.
+    """
     with suppress(IndexError, TwistError):
         document = parsed_json(bytes_of(kept_sessions(clip)[0]))
         intervals = items(has(document, "intervals")["intervals"], "intervals")

@@ -1,6 +1,6 @@
 """The settings of the program, stored in one JSON file.
 
-Each feature of the window declares its settings in its own folder, as objects of FeatureSetting.
+Each feature of the window declares its settings in its own folder, as FeatureSetting objects.
 Therefore, settings can be read only after the modules of the window have been imported.
 """
 
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings of the program. CHECKS defines the allowed values.
+    """The settings of the program. The functions in CHECKS define the allowed values.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Settings:
     reviewer_asked
         True if the program has already asked for the reviewer's name.
     turn_ms
-        The duration, in milliseconds, of the camera's turn to another limb; 0 for no animation.
+        The duration, in milliseconds, of the camera's rotation to another limb; 0 for none.
     autosave
         True if sessions are saved automatically.
     columns
@@ -77,14 +77,14 @@ class Settings:
     side_by_side
         True to draw the poses before and after the correction side by side.
     looks_by_kind
-        For each kind of error, which of 'skin' and 'side_by_side' are on. A kind without an entry
-        uses the last choice.
+        For each kind of error, the list of those views ('skin', 'side_by_side') that are on. A
+        kind without an entry uses the last choice.
     language
         'system' or a language code such as 'de'; an unknown code means 'system'.
     of_features
-        The value of each FeatureSetting, keyed by its name.
+        The value of each FeatureSetting, keyed by the name of the setting.
     of_others
-        Entries that this version does not know, kept for newer versions.
+        Entries that this version does not know; they are saved unchanged for newer versions.
     """
 
     theme: str = "system"
@@ -115,16 +115,16 @@ class Settings:
         self.of_features = known | self.of_features
 
     def remember(self, path: Path) -> None:
-        """Move a file to the top of the recent files."""
+        """Move a file to the top of the list of recent files."""
         name = str(real_path(path))
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
 
     def value(self, name: str) -> Any:
-        """Return the value of a field or of a feature's setting."""
+        """Return the value of a field of this class or of a feature's setting."""
         return _of_features[name].of(self) if name in _of_features else getattr(self, name)
 
     def put(self, name: str, value: Any) -> None:
-        """Set the value of a field or of a feature's setting."""
+        """Set the value of a field of this class or of a feature's setting."""
         if name in _of_features:
             _of_features[name].put(self, value)
         else:
@@ -149,8 +149,8 @@ class FeatureSetting(Generic[T]):
     check
         The function that checks a value from a file.
     merge
-        For a setting that is an object: the function that chooses between two values of an entry if
-        two windows have changed it. By default, the value of this window is kept.
+        If the value is a dictionary: the function that chooses between two values of an entry that
+        two windows have changed. By default, the value of this window is kept.
     """
 
     name: str
@@ -206,7 +206,10 @@ def checks_by_name() -> Mapping[str, Check]:
 
 
 def settings_path() -> Path:
-    """Return the path of the settings file, which TWIST_INSPECTOR_SETTINGS overrides."""
+    """Return the path of the settings file.
+
+    The environment variable TWIST_INSPECTOR_SETTINGS overrides the default path.
+    """
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
@@ -214,10 +217,10 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """Return the settings in a file, and a sentence to show, or ''. Never raises an exception.
+    """Return the settings in a file, and a sentence about a problem, or ''. Never raises.
 
     Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
-    of the damaged file is kept next to the original.
+    of the damaged file is saved next to the original.
     """
     if trouble := _trouble(path):
         return Settings(), _unread(path, trouble)
@@ -273,7 +276,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings. Return '', or a sentence that says why that failed. Never raises."""
+    """Write the settings. Return '', or a sentence with the reason for a failure. Never raises."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -290,10 +293,10 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write only the changes since `before`, because another window may have changed the file.
+    """Write only the settings that differ from `before`; another window may have changed the rest.
 
-    Values that this window did not change stay as they are in the file; this includes single
-    entries of lists and objects. Returns '', or a sentence that says why writing failed.
+    Values that this window did not change stay as they are in the file, and so do single entries of
+    lists and objects. Returns '' on success, or a sentence with the reason for the failure.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -341,7 +344,7 @@ def _unwritten(path: Path, why: str | None) -> str:
 
 
 def _trouble(path: Path) -> str:
-    """Return a reason why a path cannot be a settings file, such as that it is a folder, or ''."""
+    """Return the reason why a path cannot be used as a settings file, or '' if it can."""
     try:
         status = path.stat()
     except FileNotFoundError:
@@ -360,7 +363,10 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Return the path of a copy next to the original. Without one, make a copy. Raises OSError."""
+    """Return the path of a copy of a damaged file. Copy the file first if there is no copy yet.
+
+    Raises OSError.
+    """
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside

@@ -23,9 +23,9 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check that accepts a value of these types if `good` returns True for it.
+    """Return a check that accepts values of the types `kinds` for which `good` returns True.
 
-    `keep` is a function that converts an accepted value.
+    `keep` converts an accepted value to the value to use.
     """
 
     def check(value: Any) -> Any:
@@ -37,7 +37,7 @@ def _of(
 
 
 def any_of(*allowed: str) -> Check:
-    """Return a check that accepts only the given words."""
+    """Return a check that accepts only the given strings."""
     return _of(str, good=lambda value: value in allowed)
 
 
@@ -47,7 +47,7 @@ def whole_between(low: int, high: int) -> Check:
 
 
 def truth(value: Any) -> bool:
-    """Check that a value is a boolean, not a number, and return it."""
+    """Return a value if it is a boolean. Raises ValueError for anything else, such as 0 or 1."""
     if not isinstance(value, bool):
         raise ValueError
     return value
@@ -59,7 +59,10 @@ def number_between(low: float, high: float) -> Check:
 
 
 def text_up_to(longest: int) -> Check:
-    """Return a check that accepts text of at most `longest` characters, no lone surrogates."""
+    """Return a check that accepts strings of at most `longest` characters.
+
+    Strings with lone surrogates are rejected.
+    """
     # UnicodeEncodeError, which lone surrogates cause, is a ValueError.
     return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
 
@@ -70,19 +73,25 @@ def _encodable(value: str, errors: str = "strict") -> str:
 
 
 def file_path(value: Any) -> str:
-    """Check that a value is a file path, and return it. Bytes that are not UTF-8 stay escaped."""
+    """Return a value if it is a file path. Raises ValueError if it is not.
+
+    Bytes that are not valid UTF-8 may be escaped as lone surrogates.
+    """
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
 
 
 def file_path_or_none(value: Any) -> str:
-    """Check that a value is a file path or an empty string, and return it."""
+    """Return a value if it is a file path or an empty string. Raises ValueError if not."""
     return "" if value == "" else file_path(value)
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Return a check that accepts hexadecimal digits with a checksum, and removes it."""
+    """Return a check that accepts hexadecimal digits and removes the checksum after them.
+
+    `longest` is the maximum number of characters.
+    """
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
@@ -95,7 +104,7 @@ def sealed_bytes(longest: int) -> Check:
 
 
 def sealed(digits: str) -> str:
-    """Return hexadecimal digits with a checksum, because damaged data would crash Qt."""
+    """Return hexadecimal digits followed by a checksum, because damaged data would crash Qt."""
     return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 
@@ -131,7 +140,10 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
 
 
 def record(**checks: Check) -> Check:
-    """Return a check that accepts an object with these valid entries and drops the others."""
+    """Return a check that accepts an object if it has all required entries and they are valid.
+
+    `checks` contains the check of each required entry, keyed by name. Other entries are dropped.
+    """
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),
@@ -140,8 +152,9 @@ def record(**checks: Check) -> Check:
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
-    """Return a JSON value. Raises ValueError if it is nested too deeply or has a number that is not
-    finite.
+    """Return a JSON value if it is nested at most `depth` levels deep and all numbers are finite.
+
+    Raises ValueError if not.
     """
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError
@@ -154,7 +167,7 @@ def shallow(value: Any, depth: int = 20) -> Any:
 
 
 def _good(check: Check, values: Iterable[Any]) -> list[Any]:
-    """Return the checked values, without the invalid ones."""
+    """Return the results of `check` for all valid values, and drop the invalid ones."""
     good = []
     for value in values:
         with suppress(ValueError):

@@ -19,9 +19,10 @@ NEAR = 3  # frames; a peak within this distance of the playhead is explained
 
 
 def reviewed(document: Document) -> Detection | None:
-    """Return the review's intervals and τ, or None if there is no clip or its detector is loading.
+    """Return the review's intervals and τ as a detection.
 
-    Also returns None in an exercise, because an explanation would reveal the answer.
+    Returns None if no clip is open or the review's detector is not ready yet, and also in an
+    exercise, because an explanation would reveal the answer.
     """
     if document.data is None or document.data.blind or not document.chain:
         return None
@@ -33,7 +34,7 @@ def reviewed(document: Document) -> Detection | None:
 
 
 def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
-    """Return the frame of the nearest peak above τ outside all intervals, or None.
+    """Return the frame of the nearest peak of the strength above τ outside all intervals, or None.
 
     `reach` is the largest distance from `frame`, in frames.
     """
@@ -45,9 +46,9 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
 
 
 def reason_here(document: Document, frame: int) -> Reason | None:
-    """Return the reason why nothing was found at a frame of the selected chain.
+    """Return the reason why the detector found nothing at a frame of the selected chain.
 
-    Returns None if nothing can be explained, for example without a clip.
+    Returns None if nothing can be explained, for example if no clip is open.
     """
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
@@ -55,10 +56,10 @@ def reason_here(document: Document, frame: int) -> Reason | None:
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:
-    """Return the reason why nothing was found at a frame or at a nearby peak.
+    """Return the reason why the detector found nothing at a frame or at a nearby peak.
 
-    The reason at the frame itself is returned if the frame is in an interval or the strength is
-    above τ. Returns None if there is no peak nearby.
+    The reason refers to the frame itself if the frame is in an interval or its strength is above τ,
+    and to the nearest peak if not. Returns None if there is no peak nearby.
     """
     if (reason := reason_here(document, frame)) is None:
         return None
@@ -75,7 +76,7 @@ def reason_sentence(document: Document, reason: Reason) -> str:
 
 
 def peaks(document: Document) -> Iterator[Reason]:
-    """Yield a reason for each peak above τ outside all intervals, sorted by chain."""
+    """Yield a reason for each peak of the strength above τ outside all intervals, by chain."""
     if (found := reviewed(document)) is not None:
         for chain in found.chains_and_limbs:
             yield from peaks_without_interval(found, chain.name, first=document.first_frame)

@@ -1,1 +1,1 @@
-"""The teaching tab and its gizmo in the 3D view, which explain section 3 of the paper."""
+"""The teaching tab and its gizmo in the 3D view, which explain section 3 of [Choi26]."""

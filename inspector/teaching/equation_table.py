@@ -1,4 +1,4 @@
-"""The table of the equations of [Choi26 §3], each with a function for the text of its value."""
+"""A table of the equations of [Choi26 §3], each with a function that formats its value."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation of the form "symbol = right".
+    """An equation of the form "symbol = right-hand side".
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Equation:
     number
         The number of the equation in the paper, or ''.
     corrected
-        The difference from the printed equation, or '' if there is none.
+        How the equation differs from the printed one in the paper, or ''.
     shown
         A function that returns the value as text. By default, the value is the quantity named by
         the symbol.
@@ -51,7 +51,7 @@ class Equation:
     shown: Callable[[FrameNumbers], str] | None = None
 
     def value(self, of: FrameNumbers) -> str:
-        """Return the value in a frame as text."""
+        """Return the value of the left-hand side in a frame as text."""
         if of.staged and self.symbol not in _STAGED:
             return _NOT_YET
         if self.shown is not None:
@@ -76,12 +76,12 @@ class Section:
 
     @property
     def bare_title(self) -> str:
-        """The title without the names of joints, shown when no chain is selected."""
+        """The title without the names of joints, which is shown if no chain is selected."""
         return re.sub(r" = \{.\}", "", self.title)
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Return a function like `value_of` that returns 'undefined' at a swing of 180°."""
+    """Return a function that calls `value_of`, but returns 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
@@ -111,7 +111,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return the product of both changes and whether it is negative, as text."""
+    """Return a text with the product Δθp Δθc that says whether the product is negative."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -128,7 +128,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return the strength m and its comparison with τ, as text."""
+    """Return a text with the strength m that says whether m is at least τ."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau

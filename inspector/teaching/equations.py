@@ -1,4 +1,7 @@
-"""The list of equations with their current values. Each symbol is a button that highlights it."""
+"""The list of equations with their current values.
+
+Each symbol is a button; a click on it highlights the symbol in all views.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +47,7 @@ _CONVENTIONS = tr(
 
 
 class _Typeset:
-    """The size and the drawing of a formula in a widget."""
+    """Computes the size of a formula in a widget, and draws it."""
 
     def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str, row: _Row) -> None:
         self._widget, self._typesetter, self._tex = widget, typesetter, tex
@@ -68,7 +71,7 @@ class _Typeset:
         return QSize(round(width) + 2 * _ASIDE, high)
 
     def paint(self, painter: QPainter, ink: QColor) -> None:
-        """Draw the formula from the left edge, on the baseline."""
+        """Draw the formula at the left edge of the widget, on the baseline of the row."""
         formula = self._typesetter.formula(self._tex)
         if formula is None:
             return
@@ -82,7 +85,7 @@ class _Typeset:
 
 
 class SymbolButton(QAbstractButton):
-    """A button that shows a typeset symbol, checked while the symbol is highlighted."""
+    """A button with a typeset symbol. The button is checked while the symbol is highlighted."""
 
     def __init__(
         self, symbol: str, typesetter: Typesetter, colours: Colours, row: _Row = _ROW
@@ -106,7 +109,7 @@ class SymbolButton(QAbstractButton):
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """Use the normal text colour if `calm` is True, or else the colour of the quantity."""
+        """Draw the symbol in the normal text colour or, if `calm` is False, in its own colour."""
         if calm != self._calm:
             self._calm = calm
             self._inked()
@@ -145,7 +148,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or a number with a height of 0, because the formulas determine the row's height."""
+    """A text in a row of the list. Its height is 0: only formulas determine the row height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and a height of 0."""
@@ -157,7 +160,7 @@ class _InRow(QLabel):
 
 
 class RightSide(QWidget):
-    """The right-hand side of an equation."""
+    """A widget with the typeset right-hand side of an equation."""
 
     def __init__(self, tex: str, typesetter: Typesetter, row: _Row = _ROW) -> None:
         super().__init__()
@@ -174,7 +177,7 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All equations, under headings that can be folded.
+    """The list of all equations, under headings that can be folded.
 
     `clicked` is emitted with the symbol that the user clicks.
     """
@@ -246,7 +249,10 @@ class Equations(QWidget):
         self._rows[equation.symbol] = (button, equals, both, number)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text of the values. The formulas follow the font of the widget."""
+        """Scale the text of the values; 1 is the normal size.
+
+        The size of the formulas depends on the font of the widget.
+        """
         for value in self.values.values():
             value.setFont(figures_font(_FIGURES * scale))
 
@@ -282,14 +288,14 @@ class Equations(QWidget):
 
     @property
     def whole_width(self) -> int:
-        """The width, in pixels, at which every visible row fits into one line."""
+        """The smallest width, in pixels, at which every visible row fits into one line."""
         cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
         least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
         widest = max((cell.row_width for cell in cells), default=0)
         return self.minimumSizeHint().width() + widest - least
 
     def show_lit(self, symbol: str) -> None:
-        """Highlight only this symbol; '' removes the highlight."""
+        """Highlight this symbol instead of any other. If `symbol` is '', highlight none."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 

@@ -40,11 +40,11 @@ class Teaching(FeatureParts):
 
     @property
     def teaching(self) -> TeachingPanel:
-        """The panel of the tab."""
+        """The panel of the teaching tab."""
         return self.teaching_area.build()
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window. Teaching is active while the tab is visible."""
+        """Connect the tab to the window. The tab is active while it is visible."""
         self._dock = window.docks["teaching"]
         self._dock.visibilityChanged.connect(self._set_seen)
         self.typesetter.ready.connect(self._report)
@@ -55,10 +55,10 @@ class Teaching(FeatureParts):
             self._window.document.message.emit(why, True)
 
     def _set_seen(self, on: bool) -> None:
-        """Activate teaching, or deactivate it if `on` is False.
+        """Activate the teaching tab when it becomes visible, or deactivate it if `on` is False.
 
-        While teaching is active, the 3D view shows a single figure without the striped skin,
-        because the gizmo is drawn on the wedges of the bones.
+        While the tab is active, the 3D view shows a single figure without the striped skin, because
+        the gizmo is drawn on the wedges of the bones.
         """
         if on == self.taught.active:
             return

@@ -1,4 +1,7 @@
-"""A joint that turns through ±180°, and five trackers that follow it."""
+"""A joint that rotates through ±180°, and five tracking filters that follow it.
+
+The filters differ in their representation of the rotation, such as quaternions or Euler angles.
+"""
 
 from __future__ import annotations
 
@@ -31,9 +34,10 @@ def turning(speed: float) -> Array:
 
 
 def tracker_errors(q_hat: Array) -> dict[str, Array]:
-    """Return the distance of each tracker from the input, in degrees, (frames,), keyed by name.
+    """Return the error of each tracking filter in degrees, (frames,), keyed by the filter's name.
 
-    All trackers use the same gains.
+    The error is the angle between the output of the filter and the input `q_hat`, quaternions
+    (frames, 4). All filters use the same gains.
     """
     gains = Gains()
     by_name = {r.name: r for r in REPRESENTATIONS}
@@ -46,7 +50,7 @@ def tracker_errors(q_hat: Array) -> dict[str, Array]:
 
 
 def euler_angles(q_hat: Array) -> Array:
-    """Return the input as Euler angles X, Y and Z, not unwrapped, in degrees, (frames, 3)."""
+    """Return the input quaternions as Euler angles XYZ in degrees, (frames, 3), not unwrapped."""
     return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
 
 

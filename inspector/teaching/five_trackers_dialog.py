@@ -1,4 +1,4 @@
-"""The window "Why quaternions": five trackers follow one joint through ±180°."""
+"""The window "Why quaternions", in which five tracking filters follow a joint through ±180°."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _LEAP = 180.0
 
 
 class FiveTrackers(QWidget):
-    """The window of the five trackers, with plots for the chosen speed and frame."""
+    """The window with plots of five tracking filters for the chosen speed and frame."""
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -104,7 +104,7 @@ class FiveTrackers(QWidget):
         vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
 
     def refresh(self) -> None:
-        """Compute the rotation of the joint and its trackers at the chosen speed, and show them."""
+        """Compute the joint's rotation and the outputs of the filters, and show them."""
         q_hat = turning(0.01 * self.slider.value())
         self.found = tracker_errors(q_hat)
         self.angles = euler_angles(q_hat)
@@ -154,7 +154,7 @@ class FiveTrackers(QWidget):
 
 
 def _broken(angles: Array) -> Array:
-    """Return the angles with NaN at every jump, so that no line is drawn across it."""
+    """Return the angles with NaN at every jump, where no line should be drawn."""
     out = angles.copy()
     out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
     return out

@@ -1,4 +1,4 @@
-"""Draw the gizmo: the symbols of the teaching tab in space, on top of the figure."""
+"""Draw the gizmo, which shows the symbols of the teaching tab in 3D on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,10 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol; for '', the result is empty."""
+    """Return the symbols whose parts of the gizmo are highlighted together with a symbol.
+
+    For '', the result is empty.
+    """
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
@@ -75,15 +78,15 @@ class GizmoGuest:
     # -- called by the view -------------------------------------------------------------------
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the pose to draw: the captured figure or the edited one.
+        """Return the pose to draw: the captured pose or the edited one.
 
-        The edited figure is drawn together with the captured figure as a ghost.
+        The edited pose is drawn together with the captured pose, which appears as a ghost.
         """
         what_if = None if show == Show.BEFORE else self._taught.pose()
         return altered_pose(self._taught.document, scene, what_if)
 
     def legend(self) -> str:
-        """Return the legend as rich text."""
+        """Return the legend of the 3D view as rich text."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"{bold(of_core(chain.label))}&nbsp;&nbsp; " if chain is not None else ""
         captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
@@ -127,9 +130,10 @@ class GizmoGuest:
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return the gizmo's points, and the view direction that shows swing and dial best.
+        """Return the gizmo's points, (n, 3), and the best direction from which to see them, (3,).
 
-        Returns None if no chain is selected.
+        From this direction, the swing and the dial of the twist are clearly visible. Returns None
+        if no chain is selected.
         """
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
@@ -158,7 +162,7 @@ class GizmoGuest:
         return np.vstack(points), seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
-        """Remove the gizmo from the view."""
+        """Remove the gizmo from the 3D view."""
         self.labels.hide()
         self.hold.leave()
         for piece in self._pieces.values():
@@ -191,7 +195,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer of the gizmo and its labels over the right image, unless they exist."""
+        """Create the layer for the gizmo over the last image of the view, unless it exists."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return
@@ -244,7 +248,10 @@ class GizmoGuest:
 
 
 def _stage_words(stage: float) -> str:
-    """Return the legend for a stage of the parent's rotation, from 0 to 2."""
+    """Return the legend for a stage of the parent's rotation.
+
+    Stages from 0 to 1 are shares of the swing, and from 1 to 2 shares of the twist.
+    """
     if stage <= 0.0:
         return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:

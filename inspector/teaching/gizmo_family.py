@@ -1,10 +1,10 @@
 """The geometry of the family of (n, θp) pairs that give the same pose at a swing of 180°.
 
 A half turn about any axis perpendicular to the bone axis a makes the bone point backward, so the
-pose does not show which axis n was used. If n is turned by φ about a, then a θp that is larger by
+pose does not show which axis n was used. If n is rotated by φ about a, then a θp that is larger by
 2φ gives the same pose:
 
-    q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ)
+    q = swing(n, 180°) ⊗ twist(θp) = swing(n rotated by φ, 180°) ⊗ twist(θp + 2φ)
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Return several swing axes n, each with the θp that gives the same pose.
+    """Return several swing axes n and, for each, the θp that gives the same pose.
 
-    The axes, (MEMBERS, 3), are in the coordinates of the joint above the parent. The first pair is
-    the frame's own (n, θp).
+    The axes, (MEMBERS, 3), are unit vectors in the coordinates of the joint above the parent; the
+    angles, (MEMBERS,), are in radians. The first pair is the (n, θp) of the frame itself.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -45,9 +45,9 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of swing axes around the parent, each with a dial for its θp.
+    """Add a fan of swing axes around the parent to `out`, each with a dial for its θp.
 
-    Unless the swing is close to 180°, the fan has no size. All hands of the dials point in the same
+    The fan is visible only if the swing is close to 180°. All hands of the dials point in the same
     direction, because the pose is the same, but the zeros of the dials differ.
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
@@ -80,7 +80,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return vectors (n, m, 3): each vector in `start` (n, 3), turned about its axis by m angles.
+    """Rotate each vector in `start`, (n, 3), about its axis by m angles; return them, (n, m, 3).
 
     Each axis is a unit vector perpendicular to its vector. `angles` are in radians, (n or 1, m).
     """

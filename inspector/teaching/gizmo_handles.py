@@ -1,7 +1,7 @@
 """The handles of the gizmo: their positions on the screen, and the effect of dragging them.
 
 The handles are the tip of w, the bone's direction after the swing, and the dial of the twist θp.
-All functions are pure functions of the camera and of positions in the world. Pixels are counted
+All functions depend only on the camera and on positions in world coordinates. Pixels are counted
 from the top left corner of the image.
 """
 
@@ -57,21 +57,21 @@ class Handles:
 
     @property
     def ring(self) -> Array:
-        """Points on the edge of the dial, (n, 3)."""
+        """Points on the edge of the dial in world coordinates, (n, 3)."""
         return self.centre + self.radius * fan(self.hand, self.axis, 2.0 * np.pi)
 
     @property
     def hand_tip(self) -> Array:
-        """The end of the dial's hand, (3,)."""
+        """The end of the dial's hand in world coordinates, (3,)."""
         return self.centre + HAND_LONG * self.radius * self.hand
 
     def own(self, way: Array) -> Array:
-        """Return a world vector (3,) in the coordinates of the joint above the parent."""
+        """Convert a vector, (3,), from world coordinates to those of the joint above the parent."""
         return rotate(conjugate(self.above), way)
 
 
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
-    """Return the handles of a gizmo that `gizmo_shapes.sketch` has drawn.
+    """Return the handles of a gizmo that `gizmo_shapes.sketch` draws from the same values.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def handle_at(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 
 
 class SwingDrag:
-    """A drag of the tip of w, which follows the mouse on a sphere around the parent.
+    """A drag of the tip of w with the mouse. The tip moves on a sphere around the parent.
 
     If the mouse leaves the outline of the sphere, the tip continues on the back of the sphere.
     """
@@ -137,7 +137,7 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial, whose hand follows the mouse around the centre for any number of turns.
+    """A drag of the dial. Its hand follows the mouse around the centre, for any number of turns.
 
     If the dial is seen edge-on, it rolls under the mouse instead.
     """
@@ -150,7 +150,7 @@ class TwistDrag:
         self._last = self._angle(held, camera, size, at)
 
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle turned since the drag began, in radians.
+        """Return the angle by which the dial was turned since the drag began, in radians.
 
         `at` is the pixel of the mouse, (2,).
         """
@@ -163,7 +163,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Return the angle of the mouse about the axis of the dial, or None if it is undefined."""
+        """Return the angle of the mouse about the dial's axis in radians, or None if undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis
@@ -178,7 +178,7 @@ class TwistDrag:
         return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
 
     def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle by which a dial that is seen edge-on has rolled under the mouse."""
+        """Return the angle, in radians, by which an edge-on dial has rolled under the mouse."""
         centre, _ = camera.project(held.centre, *size)
         ray = camera.ray(centre, *size)
         along = normalise(np.cross(held.axis, -ray))
@@ -188,7 +188,7 @@ class TwistDrag:
 
 
 def _distance(at: Array, line: Array) -> float:
-    """Return the distance, in pixels, of a point (2,) from a line through points (n, 2)."""
+    """Return the distance, in pixels, of a point, (2,), from a polyline with n points, (n, 2)."""
     start, along = line[:-1], np.diff(line, axis=0)
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     share = np.clip(((at - start) * along).sum(axis=1) / length, 0.0, 1.0)

@@ -68,7 +68,7 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Set the positions of the handles in the world."""
+        """Set the positions of the handles in world coordinates, and begin to watch the mouse."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
@@ -88,7 +88,7 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle the view's mouse events and, during a drag, the keys and the loss of the focus."""
+        """Handle the view's mouse events and, during a drag, also keys and loss of focus."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
         if event.type() == QEvent.Type.WindowDeactivate and self.held:
@@ -129,9 +129,9 @@ class Hold(QObject):
         return bool(self.under)
 
     def _key(self, event: QKeyEvent) -> bool:
-        """Handle a key during a drag.
+        """Handle a key during a drag, and return True if the event needs no further handling.
 
-        Esc cancels the drag. Ctrl adds the counter-twist while it is pressed.
+        Esc cancels the drag. While Ctrl is pressed, the counter-twist is added.
         """
         escape, press = event.key() == Qt.Key.Key_Escape, event.type() == QEvent.Type.KeyPress
         if escape:
@@ -172,7 +172,7 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Change the displayed frame to fit the position of the mouse."""
+        """Edit the displayed frame so that the dragged handle follows the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
@@ -203,9 +203,9 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Highlight a handle that can be dragged: by the cursor, a larger knob and a tool tip.
+        """Highlight the handle under the mouse with the cursor, a larger knob and a tool tip.
 
-        `under` is the handle under the mouse, or ''.
+        `under` is this handle, or '' if there is none.
         """
         view = self._view.view
         if under == self.under or view is None:
@@ -221,7 +221,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's image, and the pixel of a point of the view in it."""
+        """Return the size of the gizmo's image, and the pixel in it for a point of the view."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -308,7 +308,7 @@ class Knobs(QWidget):
             self._write(painter)
 
     def _write(self, painter: QPainter) -> None:
-        """Draw the text near the mouse, inside the view."""
+        """Draw the text near the mouse, at a position where it fits into the view."""
         painter.setFont(figures_font(self.font().pointSizeF()))
         size = QFontMetricsF(painter.font()).size(0, self.words)
         box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)

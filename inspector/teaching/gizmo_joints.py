@@ -15,9 +15,9 @@ _LONG = 0.16  # length of an axis in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
-    """Add a label with the name of each joint of the chain.
+    """Add a label with the name of each joint of the chain to `out`.
 
-    If the label of the grandchild's actual position is visible, it replaces the grandchild's label.
+    The grandchild gets no label if its actual position is already labelled.
     """
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)

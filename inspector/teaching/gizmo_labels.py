@@ -55,10 +55,10 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels over an image, without overlaps as far as there is room.
+        """Place the labels over an image. Overlaps are avoided if there is enough room.
 
-        `covered` is the area of the image that the legend covers. Labels that would leave the image
-        are omitted.
+        `covered` is the area of the image that the legend covers. Labels that would extend beyond
+        the image are omitted.
         """
         view = self.parentWidget()
         assert view is not None
@@ -96,10 +96,10 @@ class Labels(QWidget):
     def _free(
         self, at: Array, way: Array, formula: Formula, picture: QRectF, covered: QRectF
     ) -> QRectF | None:
-        """Return a rectangle near a point that overlaps other labels the least.
+        """Return the rectangle near a point that overlaps other labels the least.
 
-        The rectangle is preferably on the side `way` of the point. It is inside the image and not
-        covered by the legend. If there is no such rectangle, return None.
+        The rectangle is preferably in the direction `way` from the point. It is inside the image
+        and not covered by the legend. If there is no such rectangle, return None.
         """
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
@@ -168,7 +168,7 @@ class Labels(QWidget):
         return self._pixmaps[key]
 
     def _region(self) -> QRegion:
-        """Return the region of the view that the labels cover."""
+        """Return the region of the 3D view that the labels cover."""
         region = QRegion()
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
@@ -177,7 +177,7 @@ class Labels(QWidget):
 
 @lru_cache(maxsize=64)
 def _written(words: str, family: str) -> Formula:
-    """Return a plain text as a formula."""
+    """Return a plain text as a formula that can be drawn like a typeset symbol."""
     font = QFont(family)
     font.setPixelSize(round(_WORDS * EM))
     path = QPainterPath()

@@ -1,4 +1,4 @@
-"""The geometry of the gizmo: shapes that show the symbols of a frame in space.
+"""The geometry of the gizmo: shapes that show the symbols of the paper in 3D for one frame.
 
 The gizmo has the same number of points in every frame, so that a new frame only moves the points.
 The symbols are explained in `inspector/teaching/symbols.py`.
@@ -70,9 +70,9 @@ class Mark:
     at
         The position, (3,).
     away
-        A point, (3,), that the label should not cover.
+        A point, (3,), from which the label is shifted away.
     words
-        The text; if '', the symbol is shown.
+        The text of the label; if '', the label shows the symbol.
     """
 
     symbol: str
@@ -83,7 +83,7 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and the labels of a frame.
+    """The parts and the labels of the gizmo in a frame.
 
     Attributes
     ----------
@@ -96,11 +96,11 @@ class Sketch:
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
-        """Add a line through points (n, 3)."""
+        """Add a line through points, (n, 3)."""
         self.parts.append(GizmoPart(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
-        """Add a dashed line."""
+        """Add a dashed line from `start` to `stop`, (3,) each."""
         at = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
         cells = np.arange(2 * _DASHES).reshape(-1, 2)
         self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
@@ -121,9 +121,9 @@ class Sketch:
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
-        """Add a transparent face between a centre and an edge `rim` (n, 3).
+        """Add a transparent face between a centre, (3,), and an edge `rim`, (n, 3).
 
-        `inner` is the share of the radius that stays empty.
+        `inner` is the share of the radius around the centre that stays empty.
         """
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
@@ -131,12 +131,15 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
-        """Add a small sphere, or only its edges if `hollow` is True."""
+        """Add a small sphere or, if `hollow` is True, only the edges of its triangles."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
         self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
-        """Add a label if `shown` is True."""
+        """Add a label at a point, (3,), if `shown` is True.
+
+        The label is shifted away from the point `away`.
+        """
         if shown:
             self.marks.append(Mark(symbol, at, away))
 
@@ -179,7 +182,10 @@ def sketch(
 
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
-    """Return the quantities with undefined values set to zero, so that they are not drawn."""
+    """Return the quantities of a frame with undefined values set to zero, so they are not drawn.
+
+    If `staged` is True, changes since the previous frame are also set to zero.
+    """
     if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
     if staged or not d.dtheta_p_is_defined:
@@ -209,9 +215,9 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial of θp. Its hand points in the direction of a mark on the bone.
+    """Add the dial of θp, whose hand points in the direction of a mark on the bone.
 
-    The zero of the dial is the direction of this mark after the swing alone.
+    The zero of the dial is the direction that this mark would have after the swing alone.
     """
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))
@@ -261,14 +267,14 @@ def _azimuth(
 
 
 def fan(start: Array, axis: Array, angle: float) -> Array:
-    """Return an arc (_ARC + 1, 3): the vector `start`, turned about an axis in steps up to `angle`.
+    """Return the points of an arc, (_ARC + 1, 3), from the vector `start` to `angle` radians.
 
-    The axis is perpendicular to `start`.
+    The arc is about a unit axis perpendicular to `start`.
     """
     return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
-    """Return a vector (3,), turned by an angle about an axis perpendicular to the vector."""
+    """Rotate a vector, (3,), by an angle in radians about a unit axis perpendicular to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

@@ -1,4 +1,4 @@
-"""The same rotation in other forms: with the twist first, as −q, and as the file's Euler angles."""
+"""The parent's rotation in other forms: twist before swing, −q, and Euler angles of the file."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class OtherForms(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Update the visible numbers."""
+        """Update the numbers if they are visible."""
         numbers_now = self._taught.numbers if self._taught.active and self.open else None
         for label in self.values.values():
             label.clear()
@@ -180,7 +180,7 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """Return a joint's Euler angles from the file or, for an edited pose, the nearest ones."""
+        """Return a joint's Euler angles from the file or, for an edited pose, the closest ones."""
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None
@@ -203,7 +203,10 @@ class OtherForms(QWidget):
 
 
 def _lock(found: EulerChannels) -> str:
-    """Return a note about gimbal lock if the first and the last axis nearly coincide, or ''."""
+    """Return a note about gimbal lock, if the first and last rotation axes are nearly parallel.
+
+    If they are not, return ''.
+    """
     first, middle, last = tuple(found.order)
     at = degree_text(float(wrap(found.angles[1])))
     apart = degree_text(found.between).removeprefix("+")

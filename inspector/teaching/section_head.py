@@ -14,7 +14,7 @@ _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow. The button is checked while its section is unfolded."""
+    """A button with bold text and an arrow. It is checked while its section is unfolded."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class SectionHead(QAbstractButton):
         return QSize(0, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the text, shortened if necessary, and an arrow if the section can be folded."""
+        """Draw the text, which is shortened if necessary, and an arrow if folding is possible."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         role = QPalette.ColorRole

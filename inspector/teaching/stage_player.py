@@ -67,7 +67,7 @@ class StagePlayer(QWidget):
         self._follow()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size without the label, whose text is also in the tool tip."""
+        """Return the minimum size without the label, which is hidden if there is little room."""
         least, words = super().minimumSizeHint(), self._words
         gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
         return QSize(least.width() - gone, least.height())

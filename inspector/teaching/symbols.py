@@ -21,7 +21,7 @@ class Symbol:
     words
         The meaning in words.
     curves
-        The curves that show the quantity, as pairs (key of a plot, beginning of the curves' names).
+        The plotted curves of the quantity, as pairs (key of a plot, beginning of a curve's name).
     """
 
     tex: str

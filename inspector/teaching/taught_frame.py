@@ -1,7 +1,7 @@
 """The state of the teaching tab: quantities of the frame, what-if values, highlighted symbol.
 
-What-if values are an edit of the displayed frame. They change only the displayed pose, never the
-review.
+What-if values are edits that the user makes to the displayed frame with sliders or the gizmo. They
+change only the displayed pose, never the review.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the unit of the file
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers that the tab shows for a frame: the displayed pose and its correction."""
+    """The numbers in the teaching tab for a frame: the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
@@ -89,14 +89,14 @@ class TaughtFrame(QObject):
 
     @property
     def quantities(self) -> Decomposition | None:
-        """The quantities of equations 1 to 13 for the displayed pose, or None without a chain."""
+        """The quantities of Eq. 1-13 for the displayed pose, or None if no chain is selected."""
         return None if (numbers := self.numbers) is None else numbers.frame
 
     @property
     def joints(self) -> dict[str, str]:
         """The names of parent, child and grandchild for display, keyed by 'P', 'C' and 'G'.
 
-        Without a chain, the result is {}.
+        If no chain is selected, the result is empty.
         """
         data, chain = self.document.data, self.chain
         if data is None or chain is None:
@@ -107,7 +107,7 @@ class TaughtFrame(QObject):
 
     @property
     def numbers(self) -> FrameNumbers | None:
-        """All quantities of section 3 of the paper for the frame, or None without a chain."""
+        """All quantities of [Choi26 §3] for the frame, or None if no chain is selected."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
@@ -128,9 +128,9 @@ class TaughtFrame(QObject):
 
     @property
     def interval(self) -> Judged | None:
-        """The selected interval if it contains the frame, or None.
+        """The selected interval if it contains the current frame, or None.
 
-        In an edited frame, the result is also None.
+        The result is also None if the user has edited the frame.
         """
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
@@ -139,16 +139,17 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """Return the offset of the selected interval at the frame in radians, or None without one.
+        """Return the offset of the selected interval at the current frame, in radians.
 
-        Without an interval, the paper's running sum is used.
+        Returns None if no interval is selected there. The correction then uses the paper's running
+        sum.
         """
         if (judged := self.interval) is None:
             return None
         return float(judged.interval.offset[self.document.frame - judged.interval.start])
 
     def _running_offset(self, frame: int) -> float:
-        """Return the paper's offset(t) of the captured clip at the review's τ, in radians."""
+        """Return the paper's offset(t) in radians: the running sum in the captured clip up to t."""
         assert self.document.data is not None
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
@@ -158,7 +159,7 @@ class TaughtFrame(QObject):
 
     @property
     def tau(self) -> float:
-        """The τ of the chain in the review, in radians; 0 without a clip."""
+        """The τ of the selected chain in the review, in radians, or 0 if no clip is open."""
         document = self.document
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 
@@ -179,7 +180,7 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is visible. While it is hidden, the clip is shown without edits."""
+        """Set whether the teaching tab is visible. If it is hidden, edits are not shown."""
         if on != self.active:
             self.active = on
             self.changed.emit()
@@ -191,7 +192,7 @@ class TaughtFrame(QObject):
             self._emit_changed()
 
     def alter(self, **change: Any) -> None:
-        """Change some of the what-if values."""
+        """Change the given what-if values. The other values stay the same."""
         self.set_what_if(replace(self.what_if, **change))
 
     def set_stage(self, stage: float | None) -> None:
@@ -205,24 +206,24 @@ class TaughtFrame(QObject):
             self._emit_changed()
 
     def reset(self) -> None:
-        """Show the frame as captured, without an edit."""
+        """Discard all edits and show the frame as captured."""
         self.set_stage(None)
         self.set_what_if(WhatIf())
 
     def set_rows(self, symbols: Iterable[str]) -> None:
-        """List only the rows of these symbols. An empty collection lists all rows."""
+        """List only the equations of these symbols. If `symbols` is empty, list all equations."""
         rows = frozenset(symbols)
         if rows != self.rows:
             self.rows = rows
             self.rows_changed.emit()
 
     def highlight(self, symbol: str) -> None:
-        """Highlight a symbol everywhere. If it is already highlighted, remove the highlight."""
+        """Highlight a symbol in all views, or stop highlighting it if it is highlighted already."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
     def remove_highlight(self) -> None:
-        """Remove the highlight of the symbol."""
+        """Stop highlighting a symbol."""
         if self.lit:
             self.highlight(self.lit)
 
@@ -236,12 +237,12 @@ class TaughtFrame(QObject):
 
 
 def degree_text(angle: float) -> str:
-    """Return an angle in radians as text in degrees."""
+    """Return a text with an angle, given in radians, in degrees."""
     return f"{signed(np.degrees(angle), 2)}°"
 
 
 def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
-    """Return the names, in the file, of parent, child and grandchild, keyed by 'P', 'C' and 'G'."""
+    """Return the joint names of parent, child and grandchild, keyed by 'P', 'C' and 'G'."""
     names = skeleton.names
     names_shown = {"P": names[chain.parent], "C": names[chain.child]}
     if chain.grandchild >= 0:
@@ -252,14 +253,15 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return the reliability of an angle as text. `share` is the reliability, 0…1."""
+    """Return a text with the reliability of an angle, `share`, in per cent. `share` is 0…1."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 
 
 def numbers(values: Array) -> str:
-    """Return a vector or quaternion as text of a constant length.
+    """Return a vector or quaternion as a text with a constant length.
 
-    A zero has no sign and is padded, so that the tab does not become wider between frames.
+    A zero has no sign and is padded instead; without padding, the width of the tab would change
+    from frame to frame.
     """
     return f"({', '.join(signed(v, 3).rjust(6, _BLANK) for v in values)})"

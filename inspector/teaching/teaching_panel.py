@@ -41,7 +41,7 @@ class TeachingPanel(QWidget):
         actions: list[QAction],
         typesetter: Typesetter,
     ) -> None:
-        """Set up the panel, with buttons for `actions` at the top."""
+        """Build the panel, with buttons for `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = typesetter
@@ -103,7 +103,7 @@ class TeachingPanel(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Update the numbers, the plots and the gizmo."""
+        """Update the numbers in the tab, the plots and the gizmo for the current frame."""
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()
@@ -112,7 +112,7 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _invite(self) -> None:
-        """Show the gizmo in the 3D view while the tab is visible, unless a limb is selected."""
+        """Show the gizmo in the 3D view if the tab is visible and a chain is selected."""
         if self._taught.active:
             whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
@@ -159,15 +159,15 @@ class TeachingPanel(QWidget):
             self.least_width.emit(self.minimumSizeHint().width())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Widen the tab when a row appears or its value becomes longer."""
+        """Make the tab wider when a row appears or a value becomes longer."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._widen()
         return super().eventFilter(watched, event)
 
     def set_seen(self, seen: bool) -> None:
-        """Activate the tab, or deactivate it if `seen` is False.
+        """Activate the tab when it becomes visible, or deactivate it if `seen` is False.
 
-        The formulas are typeset when the tab is first visible.
+        The formulas are typeset when the tab is visible for the first time.
         """
         if seen == self._taught.active:
             return
@@ -182,9 +182,9 @@ class TeachingPanel(QWidget):
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """Discard the what-if values if another tab has come to the front.
+        """Discard the what-if values if the user has changed to another tab.
 
-        If the window is only minimised, the what-if values remain.
+        If the window is only minimised, the what-if values are kept.
         """
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

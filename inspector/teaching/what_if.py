@@ -1,4 +1,4 @@
-"""Sliders that edit the displayed frame, and a sentence about the result."""
+"""The sliders with which the user edits the displayed frame, and a sentence about the result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """A slider.
+    """The description of a slider.
 
     Attributes
     ----------
@@ -45,12 +45,12 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position: in radians, or as a share for per cent."""
+        """Return the value at a slider position: radians for degrees, or 0…1 for per cent."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """Return a value in the unit of the slider."""
+        """Return a value, in radians or 0…1, in the unit of the slider."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
@@ -109,7 +109,7 @@ class SpokenSlider(QSlider):
 
 
 class WhatIfBox(QWidget):
-    """The sliders, the animation and the buttons, with a sentence about the edited frame."""
+    """The sliders, animation controls and buttons, with a sentence about the edited frame."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The angles of an edited frame, for display in the plots."""
+"""The angles of a frame that the user has edited, for display in the plots."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 
 def what_if_angles(taught: TaughtFrame) -> dict[str, float]:
-    """Return the angles of an edited frame in radians, keyed by the names of TwistSignals.
+    """Return the angles of an edited frame in radians, keyed by the field names of TwistSignals.
 
-    Undefined angles are left out. During an animation or if the frame is not edited, the result is
+    Undefined angles are left out. If the frame is not edited, or during an animation, the result is
     empty.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None

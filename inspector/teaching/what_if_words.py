@@ -16,7 +16,10 @@ _HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may change a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """Return a text about the frame, and the name of its colour in the theme."""
+    """Return a text about the frame, and the name of the text's colour in the theme.
+
+    `stage` is a stage of the animation from 0 to 2, or None.
+    """
     d = numbers.frame
     if stage is not None:
         return _stage_sentence(d, stage), "soft"
@@ -30,7 +33,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return the change of θp, in radians, if w tips sideways by 1° near a swing of 180°.
+    """Return the change of θp, in radians, if w is tilted sideways by 1° near a swing of 180°.
 
     w is the direction of the parent's bone, and `alpha` is the angle of the swing in radians.
     """
@@ -38,10 +41,10 @@ def theta_per_tip(alpha: float) -> float:
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return the rotation of v⊥, in radians, if v tips sideways by 1° in a nearly straight limb.
+    """Return the rotation of v⊥, in radians, if v is tilted by 1° in a nearly straight limb.
 
-    v is the direction of the child's bone, and v⊥ is its part perpendicular to the parent's bone.
-    `reliability` is the reliability of the azimuth.
+    v is the direction of the child's bone, and v⊥ is its component perpendicular to the parent's
+    bone. `reliability` is the reliability of the azimuth, 0…1.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 

@@ -1,1 +1,1 @@
-"""The tuning tab: the cost of τ, suggestions for τ, and profiles."""
+"""The tuning tab: the cost of the threshold τ, suggestions for τ, and profiles."""

@@ -12,7 +12,10 @@ from twistcore.skeleton.rotation import Array
 
 
 class BarFrames:
-    """The frames in each bar of the histogram, and the current bar."""
+    """The frames in each bar of the strength histogram, and the current bar.
+
+    The methods move the playhead to one of these frames.
+    """
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -32,7 +35,10 @@ class BarFrames:
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar. After the last frame, go to the first one."""
+        """Go to the next frame whose strength is in a bar. After the last frame, start again.
+
+        `bar` is the index of the bar.
+        """
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -40,7 +46,7 @@ class BarFrames:
             self._document.go_to(int((later if len(later) else own)[0]))
 
     def first_frame(self, bar: int) -> None:
-        """Go to the first frame of a bar."""
+        """Go to the first frame whose strength is in a bar. `bar` is the index of the bar."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -65,16 +71,16 @@ class BarFrames:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Return to the frame before the first click of a double-click."""
+        """Undo the first click of a double-click: return to the frame before it."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """The frame's position within its bar as text.
+        """The position of the current frame among the frames of its bar, as text.
 
-        If the playhead is at no frame of the current bar, the text is ''.
+        The text is '' if the current frame is not in the current bar.
         """
         if self.chosen is None:
             return ""

@@ -27,7 +27,10 @@ _NOTHING = tr(
 
 
 class ConfidencePage(QWidget):
-    """The page of the confidence that was learned for the performer or the rig of the clip."""
+    """A page about the confidence that was learned from verdicts.
+
+    The confidence is learned for the performer of the clip or, if there is none, for its rig.
+    """
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -90,9 +93,10 @@ class ConfidencePage(QWidget):
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """The profile learned for the clip, preceded by the name of its scope, or ('', None).
+        """The name of a group of clips and the profile learned from them, or ('', None).
 
-        The scope is the performer with this rig or, without such a profile, the rig.
+        The group is the clips of this performer with this rig or, if they have no profile, all
+        clips with this rig.
         """
         present = self._evidence.present
         for scope in present.scopes if present else ():
@@ -120,7 +124,7 @@ class ConfidencePage(QWidget):
         self._evidence.count_again()
 
     def keep(self) -> None:
-        """Save τ and the learned confidence for this rig or performer."""
+        """Save the learned τ and confidence as the profile of this rig or performer."""
         whose, found = self.learnt
         data = self._document.data
         if found is None or data is None:

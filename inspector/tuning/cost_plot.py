@@ -1,4 +1,4 @@
-"""The plot of the cost of τ: the share of repaired errors, and the false alarms."""
+"""The plot of the cost of τ: the share of repaired errors (FSR) and the false alarms."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PercentAxis(Axis):
 
 
 class CostPlot(TauPlot):
-    """The share of repaired errors (FSR, left axis) and the false alarms (right axis) against τ.
+    """A plot of the share of repaired errors (FSR, left axis) and false alarms (right axis) over τ.
 
     The FSR has a confidence band. A triangle ▼ marks the suggested τ.
     """
@@ -74,7 +74,7 @@ class CostPlot(TauPlot):
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None) -> None:
-        """Show the cost curve of one chain or of several chains together.
+        """Show the cost curve of one chain or the common curve of several chains.
 
         None clears the plot.
         """

@@ -22,7 +22,7 @@ _NICE = 5  # lower priority than the window
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """A request to measure the cost curves of some chains of a clip.
+    """A request to measure the cost of τ for some chains of a clip.
 
     Attributes
     ----------
@@ -35,14 +35,14 @@ class Request:
     wanted
         The names of the chains.
     rig
-        The chains of the skeleton, with the user's additions and removals.
+        The user's changes to the chains of the skeleton.
     left_out
         The frames that are left out of the measurement.
     draws
         The number of draws of random errors for each chain and protocol.
     detector
-        The file and the class of the detector as 'FILE.py:Class', or '' for a detector that every
-        process knows.
+        The file and the class of the detector as 'FILE.py:Class', or '' if the detector is built in
+        or installed.
     language
         The language of error messages.
     """
@@ -61,15 +61,15 @@ class Request:
 
 @dataclass(frozen=True)
 class Capture:
-    """The frames of the clip that are measured.
+    """The frames of a clip in which the cost of τ is measured.
 
     Attributes
     ----------
     first, stop
         The range [first, stop), without the blends at the ends of the clip.
     presumed
-        The spans (chain, start, stop) of intervals without a verdict that are counted as errors,
-        because the detector is certain of them.
+        Intervals, as (chain, start, stop), that have no verdict but are counted as errors because
+        the detector is certain of them.
     """
 
     first: int
@@ -78,11 +78,11 @@ class Capture:
 
 
 def measure(pipe: Connection, request: Request) -> None:
-    """Measure the curves, and send the results through the pipe.
+    """Measure the requested cost curves, and send the results through the pipe.
 
     The results are a Capture, then a pair (chain, curve) for each chain, then None. If the
-    measurement fails, an error message is sent. If the name of a chain arrives through the pipe,
-    that chain is measured next.
+    measurement fails, an error message is sent instead. If the name of a chain is received from the
+    pipe, that chain is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

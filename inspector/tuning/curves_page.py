@@ -1,4 +1,4 @@
-"""The page of the selected chain: a histogram of its strength, and the cost of τ."""
+"""The page about the selected chain: a histogram of its strength, and the cost of τ."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _NO_COSTS = tr(
 
 
 class CurvesPage(QWidget):
-    """Two plots over τ with captions: the histogram of the strength, and the cost.
+    """Two plots over τ with captions: the histogram of the strength, and the cost of τ.
 
     When the user changes τ, `asked` is emitted with the new τ in degrees, and with True during a
     drag.
@@ -114,7 +114,7 @@ class CurvesPage(QWidget):
         self._show_place()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
-        """Return a mask (frames,) that is True for the frames that tuning uses."""
+        """Return a mask, (frames,), that is True for the frames that tuning uses."""
         counted = np.ones(self._document.frames, dtype=bool)
         if (capture := self._costs.capture) is not None:
             counted[: capture.first] = counted[capture.stop :] = False
@@ -123,7 +123,7 @@ class CurvesPage(QWidget):
         return counted
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line in both plots, except in a plot in which the user is dragging it."""
+        """Move the τ line in both plots, except in a plot where the user is dragging it."""
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=held and plot.tau_line.moving)
 
@@ -196,14 +196,14 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """True if the cost of τ is defined: not for a limb and not for a twist bone."""
+        """True if the cost of τ is defined, which is not the case for limbs and twist bones."""
         document = self._document
         if document.data is None or not document.chain:
             return True
         return not isinstance(document.find_chain(document.chain), Limb | Helper)
 
     def progress(self) -> str:
-        """Return the progress of the measurement or its error, or '' when it is complete."""
+        """Return a text about the progress or failure of the measurement, or '' when complete."""
         costs = self._costs
         if costs.trouble:
             return costs.trouble
@@ -216,21 +216,22 @@ class CurvesPage(QWidget):
     # -- frames of a bar ----------------------------------------------------------------------
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar of the histogram."""
+        """Go to the first frame in the next bar of the strength histogram."""
         if self._may_reveal():
             self.bars.next_bar()
             self._show_place()
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar of the histogram."""
+        """Go to the next frame in the current bar of the strength histogram."""
         if self._may_reveal():
             self.bars.next_in_bar()
             self._show_place()
 
     def _may_reveal(self) -> bool:
-        """Return False in an exercise, and show why.
+        """Return True if the user may go to the frames of a bar.
 
-        The bar of the largest strength would reveal the errors.
+        In an exercise, show a message and return False, because the bar with the largest strength
+        would reveal the errors.
         """
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
@@ -255,7 +256,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return rich text in a colour, without line breaks and followed by a gap."""
+    """Return a coloured text as rich text, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

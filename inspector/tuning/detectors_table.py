@@ -33,7 +33,10 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of the table: the suggested or the automatic τ of a chain; '' means all chains."""
+    """A row of the table: the suggested or the automatic τ of one chain.
+
+    If `chain` is '', the row is about all chains.
+    """
 
     chain: str
     kind: str
@@ -42,9 +45,11 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """The rows of the table: two rows for each chain, and two rows for all chains.
+    """The table of the costs of all detectors.
 
-    The first row of a pair has the suggested τ, and the second row has the automatic τ.
+    The table has two rows for each chain, and two for all chains together.
+
+    The first row of each pair shows the suggested τ, and the second row the automatic τ.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
@@ -58,7 +63,7 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Return the chain of a row, and whether the row has the suggested or the automatic τ."""
+        """Return the chain of a row and the kind of its τ, suggested or automatic."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
@@ -101,5 +106,5 @@ class DetectorsModel(RowModel[_Line]):
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
-    """Return the index of the first row of a chain, or None."""
+    """Return the index of the first row of a chain, or None if the table does not list it."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

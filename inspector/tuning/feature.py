@@ -36,11 +36,11 @@ class Tuning(FeatureParts):
 
     @property
     def tuning(self) -> TuningPanel:
-        """The panel of the tab."""
+        """The panel of the tuning tab."""
         return self.tuning_area.build()
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window. The tab computes costs only while it is visible."""
+        """Connect the tab to the window. Costs are computed only while the tab is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning_area.set_seen)
         queue = window.part(folder).queue

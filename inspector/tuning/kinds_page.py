@@ -1,4 +1,4 @@
-"""The page that shows the precision and recall of each kind of error or of each chain."""
+"""A page with the precision and recall of each kind of error or of each chain."""
 
 from __future__ import annotations
 
@@ -57,17 +57,14 @@ class _NamedRows(Axis):
 class KindBars(Canvas):
     """A plot of the precision and recall of groups of verdicts, one group in each row.
 
-    A bar shows the precision, a line shows its 90 % confidence interval, and a diamond shows the
-    recall.
-
     Attributes
     ----------
     bars
-        The bars.
+        The bars, which show the precision.
     between
-        The lines.
+        The lines, which show the 90 % confidence interval of the precision.
     recall
-        The diamonds.
+        The diamonds, which show the recall.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -98,7 +95,7 @@ class KindBars(Canvas):
         self.touch()
 
     def show_counts(self, counts: Mapping[str, VerdictCount]) -> None:
-        """Show the counts of the verdicts of each group, keyed by the name of the group."""
+        """Plot the counts of verdicts, keyed by the name of the group."""
         self._rows.names = tuple(counts)
         metrics = QFontMetricsF(figures_font(8.0))
         widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
@@ -130,7 +127,7 @@ class KindBars(Canvas):
 
 
 class KindsPage(QWidget):
-    """The page that shows how reliable the detections of each kind of error or chain are.
+    """A page that shows how reliable the detections of each kind of error or chain are.
 
     Attributes
     ----------
@@ -208,7 +205,7 @@ class KindsPage(QWidget):
         self.plot.setAccessibleDescription("\n".join((plain_text(self.legend.text()), *rows)))
 
     def counts(self) -> dict[str, VerdictCount]:
-        """Return the counts of the verdicts in the chosen clips, keyed by the name of each row."""
+        """Return the counts of verdicts in the chosen clips, keyed by the name of the row."""
         name = self.scopes.currentText()
         scope = next((s for s in self._all if s.name == name), None)
         if scope is None:
@@ -229,7 +226,10 @@ class KindsPage(QWidget):
 
 
 def numbers_of(count: VerdictCount) -> str:
-    """Return the numbers of errors found, false alarms, missed errors and undecided intervals."""
+    """Return a text such as "✓ 5  ✗ 2  + 1  ? 3".
+
+    The numbers are found errors, false alarms, missed errors and undecided intervals.
+    """
     score = count.score
     parts = [f"✓ {score.found}", f"✗ {score.alarms}"]
     if missed := score.errors - score.found:
@@ -253,6 +253,6 @@ def _text(share: float) -> str:
 def _percent(shares: list[tuple[float, float, float]]) -> np.ndarray:
     """Return shares with their confidence limits in per cent, shape (3, n).
 
-    `shares` has the share and its lower and upper limit, all in 0…1, for each of n groups.
+    `shares` contains (share, lower limit, upper limit), all in 0…1, for each of n groups.
     """
     return 100.0 * np.array(shares, dtype=np.float64).reshape(-1, 3).T

@@ -1,4 +1,4 @@
-"""The page of all chains: a table that compares profiles, or a table that compares detectors."""
+"""A page about all chains: a table that compares profiles or one that compares detectors."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ _BOTH = tr(
 class ProfilesPage(QWidget):
     """A table of τ and its cost for each chain, or a table of all detectors.
 
-    `chosen` is emitted with the name of a clicked chain, and `called` if the page should be shown.
+    `chosen` is emitted with the name of a chain that was clicked, and `called` when the page should
+    come to the front.
     """
 
     chosen = Signal(str)
@@ -128,7 +129,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Give the first column the remaining width. If there is none, the table scrolls."""
+        """Give the first column the remaining width. If no width remains, let the table scroll."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))

@@ -28,19 +28,20 @@ _PERFORMERS = 2000  # maximum number of clips for which the user has named the p
 
 
 def profile_path(mark: str, performer: str = "") -> Path:
-    """Return the path of the profile of a skeleton, or of a performer with this skeleton.
+    """Return the path at which the profile of a skeleton and a performer is saved.
 
-    `mark` is a string that identifies the skeleton. Without a performer, the profile applies to all
-    performers.
+    `mark` is a string that identifies the skeleton. If `performer` is '', the profile applies to
+    all performers.
     """
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """Return the saved profile of a performer or, if there is none, the profile of the skeleton.
+    """Return the saved profile of a performer or, if there is none, of the skeleton.
 
-    The second result is an error message or ''. A damaged file is renamed.
+    The profile is None if there is neither. The second result is an error message, or ''. A damaged
+    file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
@@ -60,7 +61,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
     """Save a profile for its rig and performer, and return its path. Raises OSError on failure.
 
-    `source` is the name of the clip from which the profile was learned.
+    `source` is the name of the folder with the sessions from which the profile was learned.
     """
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -69,7 +70,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips: names given by the user, or else parts of file names."""
+    """The performers of clips, as named by the user or, if not, as found in the file names."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -86,7 +87,7 @@ class Performers:
     def name(self, clip: Path, performer: str) -> None:
         """Set the performer of a clip. Raises OSError if the name cannot be saved.
 
-        The name is not saved if the file name contains it.
+        A name that can also be read from the file name is not saved.
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
@@ -107,7 +108,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers. `offer` is a function that shows a question with its answers."""
+        """Begin to watch for opened clips. `offer` shows a question with its answers."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # declined since the program was started
@@ -117,9 +118,9 @@ class ProfileOffers(QObject):
         document.opened.connect(self._later.start)
 
     def _offer_saved(self) -> None:
-        """Offer the saved profile for the clip, if there is one.
+        """Offer the saved profile for the open clip, if there is one.
 
-        Nothing is offered in a review that has begun, in an exercise or in a lesson.
+        In an exercise, in a lesson and in a review that has already begun, nothing is offered.
         """
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:

@@ -1,4 +1,4 @@
-"""The histogram of a chain's strength. A click on a bar goes to a frame with this strength."""
+"""The histogram of a chain's strength. A click on a bar moves the playhead to one of its frames."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class _CountAxis(Axis):
 
 
 class Histogram(TauPlot):
-    """The number of frames at each strength, with the paper's m(t) as a grey outline.
+    """A histogram of the strength over all frames, with the paper's m(t) as a grey outline.
 
     Bars below τ are faint. A click on a bar emits `picked` with the index of the bar.
 
     Attributes
     ----------
     words
-        A label that describes the bar under the mouse or, without one, the chosen bar.
+        A label that describes the bar under the mouse or, if there is none, the chosen bar.
     """
 
     picked = Signal(int)
@@ -85,9 +85,9 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """Show the strength and the paper's m in degrees, (frames,) each.
+        """Show the strength and the paper's m, both in degrees, (frames,).
 
-        `m` is None if the strength is itself m.
+        `m` is None if the strength is the same as m.
         """
         self._counts = _counted(strength)
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
@@ -139,7 +139,7 @@ class Histogram(TauPlot):
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
     def _show_words(self) -> None:
-        """Describe the bar under the mouse or, without one, the chosen bar."""
+        """Describe the bar under the mouse or, if there is none, the chosen bar."""
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
@@ -155,7 +155,7 @@ class Histogram(TauPlot):
         self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line, and emphasise the bars from τ on.
+        """Move the τ line, and emphasise the bars at and above τ.
 
         `held` is True while the user drags the line.
         """
@@ -173,14 +173,17 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """Return the index of the bar of each strength (frames,), or −1 below the first bar."""
+    """Return the index of the bar that contains each strength, (frames,).
+
+    The index is −1 for a strength below the first bar.
+    """
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)
 
 
 def bar_words(bar: int) -> str:
-    """Return the range of a bar as text."""
+    """Return the range of strengths in a bar as text."""
     low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
     return f"{low:.3g}–{high:.3g}°"
 

@@ -1,4 +1,4 @@
-"""The settings for the suggested τ: the cost of a false alarm, the errors and the frames."""
+"""A page with the settings from which τ is suggested, such as the cost of a false alarm."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ _LEAVE_OUT = {  # texts of the buttons next to "Leave out"
 
 
 class SuggestionPage(QWidget):
-    """A page with three settings, the common τ for all chains, and the frames that tuning uses."""
+    """A page with the settings from which τ is suggested.
+
+    The page also shows the suggested common τ for all chains and the frames that tuning uses.
+    """
 
     def __init__(
         self,

@@ -34,16 +34,16 @@ _Key = tuple[object, ...]
 
 @dataclass(eq=False)
 class _Measured:
-    """The curves of a clip for one set of verdicts.
+    """The cost curves of a clip for one set of verdicts.
 
     Attributes
     ----------
     curves
         The curves, keyed by detector and chain.
     through
-        The detectors whose measurement is complete.
+        The detectors for which the measurement is complete.
     capture
-        The frames that are measured, or None.
+        The frames that are measured; None before the first measurement.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -52,11 +52,11 @@ class _Measured:
 
 
 class Costs(QObject):
-    """The cost curves of the open clip, keyed by detector and chain.
+    """Measures the cost of τ in the open clip, for each detector and chain, and caches the results.
 
-    The curves depend on the clip, the verdicts and the frames that are left out. If one of these
+    A cost curve depends on the clip, the verdicts and the frames that are left out. If one of these
     changes, a running measurement is stopped. The current detector is measured first, then the
-    detectors requested with `needs`. Nothing is measured while no view of the costs is visible.
+    detectors requested with `needs`. Nothing is measured unless a view of the costs is visible.
     """
 
     changed = Signal()
@@ -80,8 +80,8 @@ class Costs(QObject):
         document.intervals_changed.connect(self._stop_if_outdated)
         document.chain_changed.connect(self._prefer)
         wishes.changed.connect(self._stop_if_outdated)
-        # The parts of the key, stored because it would be slow to compute the key at every step of
-        # τ.
+        # The values from which the key is computed. They are compared first, because computing the
+        # key at every step of τ would be slow.
         self._judged: tuple[object, ...] | None = None
         # The counts of the current detector, keyed by capture, chain and τ.
         self._counted: dict[tuple[Capture | None, str, float], ListCounts] = {}
@@ -100,14 +100,14 @@ class Costs(QObject):
 
     @property
     def capture(self) -> Capture | None:
-        """The frames that are measured, without blends at the ends of the clip.
+        """The frames that are measured, which do not include blends at the ends of the clip.
 
-        Before the first measurement, the value is None.
+        The value is None before the first measurement.
         """
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return the number of intervals that a detector lists at τ (radians), or None if unknown.
+        """Return how many intervals of a chain a detector lists at τ (radians), or None if unknown.
 
         For the current detector, the counts are exact. For other detectors, they are the counts at
         the nearest measured τ.
@@ -128,10 +128,10 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of the given τ, and the number of listed intervals.
+        """Return the common cost of several τ, and the number of intervals that they list.
 
         `tau` is in radians, keyed by chain. Listed intervals that were rejected are counted as
-        false alarms. Returns None if a chain has not been measured.
+        false alarms. Returns None if one of the chains has not been measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
@@ -156,7 +156,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """Return True if a detector is being measured and some of its curves are missing."""
+        """Return True if more curves of a detector are still to be measured."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -187,7 +187,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Measure while a view of the costs is visible, and stop if `on` is False."""
+        """Start measuring because a view of the costs is visible, or stop if `on` is False."""
         self._watching = on
         if on:
             self._stop_if_outdated()
@@ -196,7 +196,7 @@ class Costs(QObject):
             self.stop()
 
     def stop(self) -> None:
-        """Stop the process that measures, and keep the results so far."""
+        """Stop the measuring process. The results so far stay available."""
         self._settle.stop()
         self._poll.stop()
         self._running = None
@@ -209,7 +209,7 @@ class Costs(QObject):
         self._process = self._pipe = None
 
     def _stop_if_outdated(self) -> None:
-        """Stop a measurement that is no longer valid."""
+        """Stop the measurement if the clip, the verdicts or the settings have changed."""
         data = self._document.data
         if data is None:
             return
@@ -330,5 +330,5 @@ class Costs(QObject):
 
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
-    """Return the verdicts on chains, without verdicts on limb flips."""
+    """Return the verdicts on errors of chains. Verdicts on limb flips are left out."""
     return tuple(filter(is_verdict, state.intervals))

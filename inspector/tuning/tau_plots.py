@@ -41,10 +41,10 @@ class _WholeAxis(Axis):
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees.
+    """A plot with τ, in degrees, on the horizontal axis.
 
-    A drag of the τ line or a double-click emits `asked` with the new τ in degrees, and with True
-    during a drag.
+    When the user drags the τ line or double-clicks, `asked` is emitted with the new τ in degrees,
+    and with True during a drag.
     """
 
     asked = Signal(float, bool)  # τ in degrees; True during a drag

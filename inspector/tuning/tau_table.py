@@ -1,4 +1,4 @@
-"""The table of τ and its cost for each chain, now and in the profiles to compare."""
+"""The table of τ and its cost for each chain, with the current τ and with other profiles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _WIDTH = len(_HEADS)
 
 @dataclass(frozen=True)
 class Column:
-    """A set of τ in the table, with its displayed name."""
+    """A profile (τ for each chain) to show in the table, with its displayed name."""
 
     name: str
     profile: Profile
@@ -37,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of the table: a chain; '' means all chains."""
+    """A row of the table for one chain, or for all chains if `chain` is ''."""
 
     chain: str
     texts: tuple[str, ...]
@@ -45,9 +45,9 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The rows of the table: one row for each chain, and a last row for all chains.
+    """The table of the costs of τ, with one row for each chain and a last row for all chains.
 
-    Each set of τ has four columns.
+    Each profile has four columns.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs) -> None:
@@ -62,7 +62,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return the texts of a row. Values that are equal in both sets of τ are dimmed."""
+        """Return the texts of a row. Values that are equal in both profiles are dimmed."""
         sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -74,19 +74,19 @@ class ComparisonModel(RowModel[_Line]):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The sets of τ to show: two profiles, or the current τ with up to one profile."""
+        """The profiles to show: two profiles, or the current τ and at most one profile."""
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector of a set of τ, by default the current detector."""
+        """Return the detector of a profile, by default the current detector."""
         return column.profile.method or self._document.review.state.method
 
     @property
     def note(self) -> str:
-        """A note about the detector of each set of τ, or '' if there is only one set."""
+        """A note that names the detector of each profile, or '' if nothing is compared."""
         notes = []
         for column in self.columns if self.others else ():
             name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
@@ -147,7 +147,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Set the column headings. If there are several sets of τ, the headings name them."""
+        """Set the column headings. If profiles are compared, the headings contain their names."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
@@ -158,9 +158,9 @@ class ComparisonModel(RowModel[_Line]):
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of a set of τ over some chains, or None if it has not been measured.
+        """Return the common cost of a profile's τ for some chains, or None if not measured yet.
 
-        Chains without a τ are ignored.
+        Chains without a τ in the profile are ignored.
         """
         tau = {name: column.profile.tau[name] for name in chains if name in column.profile.tau}
         method = self.method(column)

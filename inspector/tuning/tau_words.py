@@ -1,4 +1,4 @@
-"""Texts about the cost of τ, the difference from another τ, and intervals without a verdict."""
+"""Texts about the cost of τ, about differences in cost, and about intervals without a verdict."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ _SAME = 0.006  # degrees; texts have two decimals
 
 
 def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
-    """Return texts about the cost of τ, in radians, and a tool tip.
+    """Return a list of texts about the cost of τ for a chain, and a tool tip.
 
-    The texts are the number of listed intervals, the share of repaired errors (FSR) and the number
-    of false alarms. If the chain has not been measured, the list is empty.
+    The texts state the number of listed intervals, the share of repaired errors (FSR) and the
+    number of false alarms. If the chain has not been measured, the list is empty. `tau` is in
+    radians.
     """
     if (known := costs.cost(method, {chain: tau})) is None:
         return [], ""
@@ -38,10 +39,10 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
 def suggestion_text(
     wishes: Wishes, curve: TauCurve, present: float, gain: Callable[[float, float], str]
 ) -> str:
-    """Return a text with the suggested τ and the gain compared with `present`, both in radians.
+    """Return a text with the suggested τ and its advantage over the current τ.
 
-    If no τ is better, the text shows the range of τ that costs the same as `present`. `gain` is a
-    function that returns the difference between two τ as text.
+    If no τ is better than `present`, the current τ in radians, the text shows the range of τ with
+    the same cost. `gain` returns a text about the difference in cost between two τ in radians.
     """
     suggested = wishes.suggested(curve, present)
     if suggested != present:
@@ -54,7 +55,7 @@ def suggestion_text(
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
-    """Return a text about the change of a chain's cost between two τ, both in radians."""
+    """Return a text about the change in cost of a chain from `before` to `now`, τ in radians."""
     old, new = (costs.cost(method, {chain: tau}) for tau in (before, now))
     curve = costs.by(method).get(chain)
     if old is None or new is None or curve is None:
@@ -80,9 +81,10 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
 
 
 def presumed_text(costs: Costs, chain: str, tau: float) -> str:
-    """Return a text about unjudged intervals of a chain that affect its cost, or ''.
+    """Return a text about the intervals without a verdict that affect a chain's cost, or ''.
 
-    Some are counted as errors, and some, at τ (in radians), as false alarms.
+    Some of them are counted as errors; others are counted as false alarms at the threshold `tau` in
+    radians.
     """
     capture, curve = costs.capture, costs.curves.get(chain)
     sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0

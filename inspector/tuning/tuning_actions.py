@@ -30,7 +30,7 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """The actions that load, save and compare profiles of τ, for this clip and for the folder.
+    """The actions that load, save, compare and apply profiles of τ.
 
     `panel` is a function that returns the panel of the tuning tab.
     """
@@ -91,13 +91,13 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """If the clip is borrowed, show why its τ is not saved, and return True."""
+        """If the clip belongs to a lesson or an exercise, show why τ is not saved; return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain, with its cost, to a file."""
+        """Write a profile with the current τ of every chain, and its cost, to a file."""
         data = self.document.data
         if data is None:
             return
@@ -131,7 +131,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the compared profile or, if there are two profiles, of the right one."""
+        """Use the τ of the compared profile or, if there are two, of the second one."""
         if others := self.panel().profiles.model.others:
             column = others[-1]
             self._take(column.profile, column.name)
@@ -159,7 +159,10 @@ class TuningActions:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the visible frames out of tuning, unless the whole clip is visible."""
+        """Leave the frames between `ends` out of tuning, unless this is the whole clip.
+
+        `ends` are the first and the last frame that the plots show.
+        """
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
@@ -185,7 +188,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Use all frames for tuning, except blends at the ends of the clip."""
+        """Use all frames for tuning again, except blends at the ends of the clip."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
             self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 

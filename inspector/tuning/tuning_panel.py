@@ -1,4 +1,4 @@
-"""The tuning tab: τ of the selected chain, and pages about costs, profiles and verdicts."""
+"""The tuning tab: a field for τ, and pages about costs, profiles and verdicts."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _SAME = 0.006  # degrees; the field has two decimals
 
 
 class Scope(StrEnum):
-    """The chains for which the panel sets τ."""
+    """The chains for which the tuning tab sets τ."""
 
     CHAIN = "chain"
     SEGMENT = "segment"
@@ -151,7 +151,7 @@ class TuningPanel(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def set_seen(self, seen: bool) -> None:
-        """Measure and draw only while the tab is visible."""
+        """Begin measuring and drawing when the tab becomes visible, or stop if `seen` is False."""
         self._seen = seen
         self._watch()
         if seen:
@@ -159,7 +159,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """True in an exercise, in which strength, cost and recall would reveal the errors."""
+        """True in an exercise, where strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -167,12 +167,12 @@ class TuningPanel(QWidget):
         self._watch_verdicts()
 
     def _watch_verdicts(self) -> None:
-        """Count verdicts only while a page that shows them is visible."""
+        """Begin counting verdicts if a page that shows them is visible, or stop if not."""
         looked_at = self.tabs.currentWidget() in (self.verdicts, self.kinds, self.confidence)
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
-        """Apply the pending changes of the document to the panel."""
+        """Update the panel after changes of the document."""
         anything, everything = self._stale.take()
         if not (anything and self._seen):
             return
@@ -211,9 +211,10 @@ class TuningPanel(QWidget):
     # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """Set the chains for which the panel sets τ.
+        """Choose the chains for which the panel sets τ.
 
-        These are the selected chain, the same segment on both sides of the body, or all chains.
+        The choices are the selected chain, the same segment on both sides of the body, or all
+        chains.
         """
         self.scope = scope
         self._stale.mark()
@@ -263,7 +264,7 @@ class TuningPanel(QWidget):
     def suggest(self) -> None:
         """Set the suggested τ for every chain in scope, in one undo step.
 
-        The τ of a chain changes only if this makes its cost lower.
+        The τ of a chain is changed only if this reduces its cost.
         """
         curves, present = self.costs.curves, self._document.review.state.tau
         names = [name for name in self.chains_in_scope() if name in curves]

@@ -1,4 +1,4 @@
-"""Count the verdicts in the open clip and its folder, in the background."""
+"""Count the user's verdicts in the open clip and its folder, in the background."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _Known = dict[tuple[Path, int, str], JudgedClip | str]
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts in some clips, about all chains or about one chain.
+    """A group of verdicts in some clips, about one chain or about all chains.
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class Scope:
     curve
         Precision and recall over τ.
     found
-        The suggested τ of a group about all chains, or None.
+        The suggested τ if the group is about all chains, or None.
     suggestion
-        The suggested τ of a group about one chain, or None.
+        The suggested τ if the group is about one chain, or None.
     chain
         The name of the chain, or '' for all chains.
     """
@@ -68,8 +68,8 @@ class Evidence:
     Attributes
     ----------
     scopes
-        The groups of verdicts: first the groups about all chains, from narrow to wide, then one
-        group for each chain.
+        The groups of verdicts: first the groups about all chains, in order of increasing size, then
+        one group for each chain.
     learnt
         The learned profiles, keyed by the name of their group.
     skipped
@@ -109,11 +109,14 @@ class VerdictEvidence(QObject):
 
     @property
     def _terms(self) -> tuple[float, float]:
-        """The cost of a false alarm, a share of the errors, and the smallest error in radians."""
+        """The cost of a false alarm, as a share of the errors, and the smallest error to find.
+
+        The error is in radians.
+        """
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Count verdicts while a view of them is visible, and stop if `on` is False."""
+        """Start counting because a view of the verdicts is visible, or stop if `on` is False."""
         self._watching = on
         if on:
             self._check()
@@ -173,7 +176,10 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts. Return the result and the cache for this folder. Called in a thread."""
+    """Count the verdicts. Return the result and a cache for the next count.
+
+    Called in a thread.
+    """
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)

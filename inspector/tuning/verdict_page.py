@@ -1,4 +1,4 @@
-"""The page of the verdicts: precision and recall at each τ, and the suggested τ."""
+"""A page about the user's verdicts: precision and recall at each τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The rows of the table, one for each group of verdicts."""
+    """The table of the groups of verdicts, with one row for each group."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -66,8 +66,8 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        `tau` is the current τ in radians, keyed by chain. `label` has the displayed names of
-        chains, keyed by their names.
+        `tau` is the current τ in radians, keyed by chain. `label` contains the displayed name of
+        each chain, keyed by its name.
         """
         self.show([_line(s, tau, label) for s in scopes])
 
@@ -149,7 +149,7 @@ def needed_words(scope: Scope) -> str:
 
 
 class VerdictPage(QWidget):
-    """The page that shows the precision, the recall and the suggested τ of a group of verdicts.
+    """A page with the precision, the recall and the suggested τ of a group of verdicts.
 
     `asked` is emitted with the new τ when the user changes τ.
     """
@@ -236,7 +236,7 @@ class VerdictPage(QWidget):
         return {name: t for name, t in given.items() if t is not None}
 
     def take(self) -> None:
-        """Set τ to the suggested values, in one undo step."""
+        """Use the suggested τ for each chain, in one undo step."""
         self._document.set_taus(self.suggested())
 
     # -- drawing ------------------------------------------------------------------------------

@@ -24,11 +24,11 @@ _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
 
 class PrecisionPlot(TauPlot):
-    """Precision and recall over τ, with confidence bands. A triangle marks the suggested τ.
+    """A plot of precision and recall over τ, with confidence bands.
 
-    A dotted curve shows the share of injected errors that are repaired, to compare it with the
-    recall. Precision is not drawn below the dashed line, because no interval was reviewed at such a
-    low τ.
+    A triangle marks the suggested τ. For comparison with the recall, a dotted curve shows the share
+    of injected errors that are repaired. Precision is not drawn below the τ at the dashed line,
+    because no interval with a lower strength was reviewed.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -65,14 +65,17 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_injected(self, curve: TauCurve | None) -> None:
-        """Show the share of injected errors that are repaired. None clears the curve."""
+        """Plot the share of injected errors that are repaired at each τ. None clears the curve."""
         self.touch()
         known = curve is not None and curve.errors
         x, y = (np.log10(np.degrees(curve.tau)), curve.fsr) if curve and known else _NONE
         self.injected.setData(x, _percent(np.asarray(y)))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Show the curve and the suggestion of a group of verdicts; None clears the plot."""
+        """Plot precision and recall of a group of verdicts, with the suggested τ.
+
+        None clears the plot.
+        """
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -111,10 +114,10 @@ class _ShareAxis(Axis):
 
 
 class ReliabilityPlot(Canvas):
-    """The share of accepted intervals at each confidence, before and after learning.
+    """A plot of the share of accepted intervals at each confidence, before and after learning.
 
-    The diagonal is ideal. A larger dot stands for more intervals, and the bar through a dot is the
-    confidence interval of the share.
+    Ideally, all dots are on the diagonal. A larger dot represents more intervals, and the bar
+    through a dot is the confidence interval of the share.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -145,7 +148,10 @@ class ReliabilityPlot(Canvas):
         self.touch()
 
     def show_reliability(self, before: Reliability | None, after: Reliability | None) -> None:
-        """Show the reliability before and after learning. None clears the plot."""
+        """Plot the reliability of the confidence before and after learning.
+
+        None clears the plot.
+        """
         for found, dots, lines in zip(
             (before, after), (self.before, self.after), self.lines, strict=True
         ):

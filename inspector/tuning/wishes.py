@@ -1,4 +1,4 @@
-"""The user's settings for the suggested τ."""
+"""The user's settings from which the program suggests τ."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
 
 
 class Wishes(QObject):
-    """The cost of a false alarm, the smallest error to find, and the number of draws.
+    """The cost of a false alarm, the smallest error to find, and the number of random draws.
 
-    These settings are stored in the program's settings.
+    The values are stored in the program's settings.
     """
 
     changed = Signal()
@@ -69,15 +69,18 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve, present: float | None = None) -> float:
-        """Return the τ that a curve suggests, in radians, or `present` if no other τ is better."""
+        """Return the τ, in radians, that is best according to a cost curve.
+
+        If no τ is better than `present`, return `present`.
+        """
         return curve.suggested(*self._terms, present=present)
 
     def plateau(self, curve: TauCurve, tau: float) -> tuple[float, float]:
-        """Return the range of τ around `tau` that has the same cost, in radians."""
+        """Return the range of τ around `tau` with the same cost, as (low, high) in radians."""
         return curve.plateau(tau, *self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Return the common τ that is suggested for all chains, or None."""
+        """Return the suggested common τ for all chains, or None if there is none."""
         return shared_tau(curves, *self._terms)
 
     @property

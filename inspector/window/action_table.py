@@ -300,7 +300,10 @@ MENUS: Menus = joined(_OWN)
 
 
 def connect_rows(parts: Parts) -> None:
-    """Connect every action with the function in its row."""
+    """Connect every action with the function in its row of the table.
+
+    `parts` is the window, whose attributes the functions use.
+    """
     actions = parts.actions_by_id
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)

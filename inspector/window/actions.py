@@ -31,17 +31,17 @@ Menus = Mapping[str, Sequence[ActionRow[Any] | None]]
 
 
 def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
-    """Return an iterator over the rows of all menus, without the separators."""
+    """Yield the rows of all menus, except separators."""
     return (row for menu in menus.values() for row in menu if row is not None)
 
 
 def menu_title(name: str) -> str:
-    """Return the title of a menu, with & before its mnemonic letter."""
+    """Return the title of a menu, with & before the letter that opens the menu."""
     return _TITLES.get(name, f"&{name}")
 
 
 def menu_order(name: str) -> int:
-    """Return a sort key for the position of a menu. Unknown menus come before the Help menu."""
+    """Return a sort key for a menu's position. Unknown menus are placed before the Help menu."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
@@ -83,7 +83,7 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Assign the keyboard shortcuts that the user has chosen, or else the defaults."""
+    """Assign keyboard shortcuts to the actions: the user's choice or, if none, the default."""
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -100,7 +100,10 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
 
 
 def name_step(action: QAction, title: str, step: str) -> None:
-    """Show the name of a step in the text of the undo or redo action; '' disables the action."""
+    """Add the name of a step to the text of the undo or redo action.
+
+    `title` is the text without the name. If `step` is '', the action is disabled.
+    """
     if chosen_language() == "en":  # German nouns keep their capital letter
         step = step[:1].lower() + step[1:]
     step = as_entry(step)

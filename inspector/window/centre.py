@@ -22,11 +22,11 @@ _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 
 
 class Centre(QWidget):
-    """The central widget of the window: its parts one below the other, without gaps.
+    """The central widget of the window: reviewer line, 3D view and transport, without gaps.
 
-    Messages appear over the upper edge of the 3D view. There they move no other widget and do not
-    cover the figure, which is below the legend. The Esc key closes a message unless a shortcut or
-    the focused widget uses the key.
+    Messages appear over the upper edge of the 3D view. There, they do not move other widgets and do
+    not cover the figure, which is below the legend. The Esc key closes a message unless a shortcut
+    or the focused widget uses the key.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -45,7 +45,7 @@ class Centre(QWidget):
         give_native_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Place the message bar after its text or the view has changed, and close it on Esc."""
+        """Position the message bar after its text or the view has changed; close it on Esc."""
         kinds = _OF_BAR if watched is self.bar else _OF_VIEW if watched is self.viewport else ()
         if event.type() in kinds:
             self._place_bar()

@@ -86,7 +86,10 @@ class ChainActions:
         self.names = None
 
     def _use_names(self, rig: Rig) -> None:
-        """Use the roles that the user has assigned to joints, and save them for this skeleton."""
+        """Analyse the clip with the joint roles that the user has assigned.
+
+        The roles are also saved for this skeleton.
+        """
         if rig == self._rig:
             return
         message = tr("From now on, clips with this skeleton and no session open with these names.")
@@ -97,7 +100,7 @@ class ChainActions:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Remove the selected chain, and report the intervals that are removed with it."""
+        """Remove the selected chain and its intervals, and show how many intervals these were."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
@@ -114,7 +117,7 @@ class ChainActions:
         document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """Restore the chains that the program finds automatically."""
+        """Return to the chains that the program finds automatically."""
         if self._open():
             self._change(
                 AS_FOUND,
@@ -123,7 +126,7 @@ class ChainActions:
             )
 
     def use_rig(self) -> None:
-        """Use the chains saved for this skeleton."""
+        """Use the chains that the user has saved for this skeleton."""
         data = self.document.data
         if data is None or not self._open():
             return
@@ -142,7 +145,7 @@ class ChainActions:
             self.document.change_chains(rig, what)
 
     def keep_rig(self) -> None:
-        """Save the chains for all clips with this skeleton that have no session yet."""
+        """Save the chains of the clip for all clips with this skeleton that have no session yet."""
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return
@@ -179,7 +182,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return the changes to the automatic chains as text, such as '2 added, 1 removed'."""
+    """Return the user's changes to the automatic chains as text, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

@@ -32,9 +32,9 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """A form for the parent, the child and, optionally, the grandchild of a new chain.
+    """A form to choose the parent, the child and, optionally, the grandchild of a new chain.
 
-    Errors are shown immediately. The dialog is not modal. It closes together with the clip.
+    Errors are shown immediately. The dialog is not modal, and closes when the clip is closed.
     """
 
     chosen = Signal(object, str)  # with the rig that includes the new chain, and the chain's name
@@ -89,7 +89,7 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the name, in the file, of a joint whose displayed name is `seen`."""
+        """Return the name in the file of the joint that is displayed as `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
@@ -112,7 +112,10 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """Select the first joint of a list that forms a valid chain with those above."""
+        """Select the first joint of a list that forms a valid chain with the joints above it.
+
+        `place` is the number of the list; the list of parents is 0.
+        """
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -169,7 +172,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """Return a combo box for a joint that also accepts a typed part of a name."""
+    """Return a combo box in which the user can choose a joint or type a part of its name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

@@ -20,7 +20,7 @@ from inspector.window.chain_actions import ChainActions
 
 
 class Chains(FeatureParts):
-    """The list of chains and its actions."""
+    """The panel with the list of chains, and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         names = window.actions_by_id["joint_names"]

@@ -24,8 +24,8 @@ _GIVE_UP_MS = 120_000
 class Script(QObject):
     """A script that opens a file and then operates the window in steps.
 
-    Between the steps, the window has time to redraw. At the end, the window is closed. A question
-    or a dialog is an error, because no user can answer it.
+    Between the steps, the window has time to redraw. After the last step, the window is closed. A
+    question or a dialog is an error, because no user can answer it.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Script(QObject):
         QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("The script did not end in time."))
 
     def shoot(self, path: Path) -> None:
-        """Save a screenshot of the window. The script fails if the file cannot be written."""
+        """Save a screenshot of the window. If the file cannot be written, the script fails."""
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the image could not be written.")

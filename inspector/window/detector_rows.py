@@ -30,7 +30,7 @@ def _row(info: DetectorInfo) -> ActionSpec[Parts]:
 
 
 def check_detector(actions: Mapping[str, QAction], method: str) -> None:
-    """Check the row of the current detector. If the detector has no row, uncheck all rows."""
+    """Tick the menu entry of the detector `method`, or untick all if it has no entry."""
     if (action := actions.get(f"use_{method}")) is not None:
         action.setChecked(True)
         return

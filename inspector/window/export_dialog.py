@@ -40,7 +40,7 @@ _VERDICTS = {
 
 
 class ExportDialog(WriteDialog):
-    """A form for an export."""
+    """A form with the options of an export."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
@@ -129,7 +129,7 @@ class ExportDialog(WriteDialog):
         return self._look.running
 
     def when_checked(self, then: Callable[[], object]) -> None:
-        """Call `then` as soon as the dialog knows which files the export would replace."""
+        """Call `then` as soon as the dialog has found the files that the export would replace."""
         if self.looking:
             self._then = then
         else:
@@ -185,7 +185,7 @@ class ExportDialog(WriteDialog):
 
 
 def _tracking_words(tracking: Tracking) -> str:
-    """Return a sentence about the tracking that follows the correction."""
+    """Return a description of the tracking filter that is applied after the correction."""
     joints = of_core(tracking.what)
     if tracking.spline:
         return tr(

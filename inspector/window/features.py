@@ -26,7 +26,7 @@ FEATURES: tuple[AnyFeature, ...] = (
 def joined(own: Menus) -> Menus:
     """Return the window's menus with the rows of all features inserted.
 
-    `own` has the rows of each menu that belong to no feature.
+    `own` contains the rows that do not belong to a feature, keyed by menu.
     """
     menus = {name: list(rows) for name, rows in own.items()}
     for rows in (rows for feature in FEATURES for rows in feature.rows):
@@ -42,7 +42,7 @@ def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -
 
 
 def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
-    """Return the panels in their order, each with the feature to which it belongs."""
+    """Return the panels of all features in display order, as (feature, panel)."""
     names: list[str] = []
     out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:

@@ -55,7 +55,7 @@ class FileActions(Saving):
     # Severity of the worse clip that was offered last
     _offered: float = field(default=0.0, init=False)
     _since: ReviewState | None = field(default=None, init=False)  # the review when waiting began
-    # The dialog of an export at once, while it reads the files to replace
+    # The hidden dialog of an immediate export, while it reads the files to replace
     _at_once: ExportDialog | None = field(default=None, init=False)
     # The clips opened so far; the open clip is last
     _visited: list[Path] = field(default_factory=list, init=False)
@@ -128,7 +128,7 @@ class FileActions(Saving):
 
         The clip that was last open in this folder is opened. If there is none, the worst clip is
         opened as soon as a tenth of the clips, or 20 clips, are analysed. If a worse clip is found
-        later, the program offers to open that one.
+        later, the program offers to open that clip.
         """
         kept = folder_record(self.settings, folder)
         self._wait_for_first = False
@@ -184,9 +184,9 @@ class FileActions(Saving):
             self.bar.show_message(self._nothing_next() if one_is_open else text, False)
 
     def _open_worst(self, path: Path) -> None:
-        """Open the worst clip.
+        """Open the worst clip of the folder.
 
-        While other clips are still being analysed, report that this clip is the worst so far.
+        If other clips are still being analysed, show that this clip is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -205,7 +205,7 @@ class FileActions(Saving):
         self.bar.show_message(text, False)
 
     def _offer_worse(self) -> None:
-        """Offer to open a worse clip if the clip that was the worst before is still open."""
+        """Offer to open a worse clip if the previous worst clip is still open."""
         data, path = self.document.data, self._so_far
         if path is None or data is None or data.clip.path != path or self.bar.asks:
             return
@@ -318,15 +318,15 @@ class FileActions(Saving):
     # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
-        """Ask where the clip of a session is, and open the session with this clip."""
+        """Ask the user for the clip of a session, and open the session with this clip."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIPS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Open the export dialog.
 
-        If `at_once` is True, export without the dialog unless something prevents this. For a
-        borrowed clip, the dialog always opens, because the user must choose the target folder.
+        If `at_once` is True, export without the dialog unless something prevents this. For a clip
+        of a lesson, the dialog always opens, because the user must choose the target folder.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -361,7 +361,7 @@ class FileActions(Saving):
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """Save the session with a record of the export, then open the next clip of the folder."""
+        """Record the export in the session, save it, and open the next clip of the folder."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:
@@ -382,7 +382,7 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """Return True if the user is busy, or has done anything since the state `since`.
+        """Return True if the user is busy or has changed the review since the state `since`.
 
         In that case, no other clip may be opened automatically.
         """

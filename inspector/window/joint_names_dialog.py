@@ -93,7 +93,7 @@ class _Choice(QComboBox):
 class JointNamesDialog(QDialog):
     """A table of joints and their roles, with the resulting chains below.
 
-    The dialog is not modal. It closes together with the clip.
+    The dialog is not modal, and closes when the clip is closed.
     """
 
     chosen = Signal(object)  # with the rig that includes the new names
@@ -176,7 +176,7 @@ class JointNamesDialog(QDialog):
 
     @property
     def names(self) -> dict[str, str]:
-        """The roles that the user has chosen, keyed by the joint's name in the file."""
+        """The roles that the user has chosen, keyed by the name of the joint in the file."""
         chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
         return {name: role for name, role in chosen.items() if role}
 
@@ -191,7 +191,7 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show the roles in the review after the review has changed, for example by undo."""
+        """Show the review's joint roles after the review has changed, for example by undo."""
         chosen = self._document.review.state.rig.names
         if chosen != self._known:
             self._known = chosen
@@ -221,7 +221,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the roles of the joints and the chains that result from the user's choices."""
+        """Show the joint roles and the chains that result from the user's choices."""
         data = self._document.data
         if data is None:
             return
@@ -283,21 +283,21 @@ class JointNamesDialog(QDialog):
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return the numbers of chains and of twist bones, such as '10 chains, 12 twist bones'."""
+    """Return a text with the numbers of chains and twist bones: '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Return the displayed text for `taken`, the role of a joint of an arm or leg."""
+    """Return the text to display for the role `taken` of a joint of an arm or leg."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return the displayed role of a joint outside the arms and legs."""
+    """Return the text to display for the role `name` of a joint outside the arms and legs."""
     if name.helper:
         return tr("twist bone")
     if name.other:

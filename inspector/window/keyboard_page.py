@@ -1,4 +1,4 @@
-"""The page of keyboard shortcuts and mouse gestures, for its window and docs/shortcuts.md."""
+"""The list of keyboard shortcuts and mouse gestures, for a window and for docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ _MOUSE = (
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     """Return a table of keyboard shortcuts and mouse gestures as Markdown.
 
-    `wanted` are search words. Only rows whose keys, menu or description contain all of them are
-    listed.
+    `wanted` are search words. A row is listed only if its keys, menu and description contain all
+    of them.
     """
     words = wanted.lower().split()
 
@@ -127,7 +127,7 @@ class KeyboardPage(QWidget):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Open the window of keyboard shortcuts, with the focus on the search line."""
+    """Open the window of keyboard shortcuts, and focus its search field."""
     page = KeyboardPage(menus, window)
     page.show()
     page.activateWindow()  # so that Esc reaches this window

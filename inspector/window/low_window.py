@@ -34,7 +34,10 @@ class LowWindow:
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """Prepare the two layouts. `parts` are the widgets that have a layout for low windows."""
+        """Prepare the two layouts, of which the normal one is in use.
+
+        `parts` are the widgets that have a second layout for low windows.
+        """
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
         # Wait until the change is over, because during it a dock still has its old neighbours.
@@ -74,9 +77,9 @@ def is_seen(dock: QDockWidget) -> bool:
 
 
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
-    """Show or hide the title of a dock on behalf of `by`, a part of the program.
+    """Show or hide the title of a dock on behalf of one part of the program.
 
-    The title is visible only if no part of the program hides it.
+    `by` is the name of that part. The title is visible only if no part of the program hides it.
     """
     before = frozenset(dock.property(_REASONS) or ())
     reasons = before - {by} if shown else before | {by}

@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The document and the views do the other work."""
+"""The main window with its docks, menus and layout."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ class MainWindow(Parts):
         )
 
     def _is_guided(self) -> bool:
-        """Return True if the program decides how to draw the figure.
+        """Return True if the program, not the user, decides how the figure is drawn.
 
         This is the case in a lesson, in an exercise and in the teaching tab.
         """
@@ -182,7 +182,7 @@ class MainWindow(Parts):
         return self if table.visibleRegion().isEmpty() else table
 
     def _geometry_and_layout(self) -> tuple[str, str] | None:
-        """Return the geometry and layout of the window, or None during a presentation."""
+        """Return the window's geometry and layout to save, or None during a presentation."""
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)
@@ -222,12 +222,12 @@ class MainWindow(Parts):
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show floating panels after the window, because the window would cover them."""
+        """Show floating panels after the main window, which would cover them if shown later."""
         super().showEvent(event)
         self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Check the clip and its lock for changes when the window becomes active."""
+        """When the window becomes active, check whether the clip or its lock has changed."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.check_lock_and_clip()

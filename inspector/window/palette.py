@@ -1,4 +1,4 @@
-"""The command palette: find any action by a part of its name."""
+"""The command palette, in which the user finds any action by a part of its name."""
 
 from __future__ import annotations
 

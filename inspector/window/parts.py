@@ -11,9 +11,9 @@ from inspector.window.usual_layout import UsualLayout
 
 
 class Parts(HostWindow):
-    """The window with the attributes used by the rows of the action table.
+    """The window's attributes that rows of the action table use.
 
-    The rows of a feature use the attributes of that feature instead.
+    A row that belongs to a feature uses the attributes of that feature instead.
     """
 
     presentation: Presentation

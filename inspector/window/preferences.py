@@ -42,7 +42,7 @@ class Preferences(QDialog):
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """Build the form. `ticks` are check boxes for settings of features that are on or off."""
+        """Build the form. `ticks` describes the check boxes for on/off settings of features."""
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))

@@ -1,4 +1,4 @@
-"""The presentation mode for a lecture hall: figure, curves and a running lesson in large type."""
+"""The presentation mode for a lecture hall, with large text and few panels."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Scaled(Protocol):
 
 
 class Presentation:
-    """Hides everything except figure, transport, curves and lesson, until the mode ends."""
+    """The presentation mode, which shows only the figure, transport, curves and lesson."""
 
     def __init__(
         self,
@@ -105,7 +105,7 @@ class Presentation:
         self._window.setWindowState(now | full if on else now & ~full)
 
     def _shown_docks(self) -> dict[str, bool]:
-        """Return which of the docks that a lesson controls are visible."""
+        """Return whether each dock that a lesson controls is visible, keyed by name."""
         return {name: not self._docks[name].isHidden() for name in ("teaching", "guide")}
 
     def _show_titles(self, *, shown: bool) -> None:
@@ -119,7 +119,7 @@ class Presentation:
                 part.set_scale(scale)
 
     def _content(self, name: str) -> QWidget | None:
-        """Return the content of a dock, without its scroll area."""
+        """Return the content of the dock with this name, without its scroll area."""
         shown = self._docks[name].widget()
         if isinstance(shown, LatePanel):
             shown.build()

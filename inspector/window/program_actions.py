@@ -50,7 +50,7 @@ class ProgramActions:
             self.colour()
 
     def colour(self) -> None:
-        """Apply the theme chosen in the preferences, or the system's theme."""
+        """Apply the theme chosen in the preferences: light, dark or the system's theme."""
         self.apply_theme(self.wanted_theme())
 
     def apply_theme(self, theme: themes.Theme) -> None:
@@ -61,11 +61,11 @@ class ProgramActions:
         self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
-        """Return the theme chosen in the preferences, or the system's theme."""
+        """Return the theme to use: the user's choice or, for 'system', the system's theme."""
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the reviewer's name, the number of the first frame and the shortcuts."""
+        """Apply the settings for reviewer, numbering of frames and keyboard shortcuts."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)

@@ -38,11 +38,12 @@ class ReviewActions:
     Attributes
     ----------
     card
-        The card of the selected interval. The card also shows why nothing was found at a frame.
+        The card with details of the selected interval. Without an interval, the card explains why
+        nothing was found at the current frame.
     show_card
         A function that brings the card to the front.
     look
-        A function that turns the camera so that the roll of the selected limb is well visible.
+        A function that rotates the camera so that the roll of the selected limb is clearly visible.
     sees
         A function that returns True if the selected limb is visible.
     show_status
@@ -88,7 +89,10 @@ class ReviewActions:
     # -- decisions, and moving between intervals -------------------------------------------------
 
     def judge(self, decision: Decision) -> None:
-        """Set the decision for the selected intervals without moving the camera."""
+        """Set the decision for the selected intervals, and select the next undecided interval.
+
+        Unlike `decide`, this method does not move the camera.
+        """
         if self.document.data is not None:
             with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order)
@@ -98,8 +102,8 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
-        If the selected interval is outside the plots' visible range, it is only shown, so that the
-        user decides after seeing it.
+        If the selected interval is outside the visible range of the plots, it is only brought into
+        view; the user then decides after seeing it.
         """
         if self._out_of_view():
             return
@@ -180,14 +184,14 @@ class ReviewActions:
         self._arrive(zoom=True)
 
     def _report_unexamined(self) -> bool:
-        """If no limb was examined, show a message and return True."""
+        """If the clip could not be examined, show a message and return True."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
         return bool(blind)
 
     def begin(self) -> None:
-        """Go to the first undecided interval, unless the user has already moved."""
+        """Go to the first undecided interval, unless the user has moved or selected something."""
         fresh = self.document.interval is None and self.document.frame == 0
         with self.intervals.visit_order() as order:
             if fresh and self.document.step_interval(+1, undecided=True, order=order):
@@ -224,7 +228,7 @@ class ReviewActions:
             self.visible.zoom_to_interval()
 
     def _report_end(self) -> None:
-        """Show what to do next if every listed interval is decided."""
+        """If every listed interval is decided, show a message about what to do next."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
@@ -253,18 +257,18 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Set whether the list groups related errors, and save this choice."""
+        """Group related errors in the list of intervals or not, and save this choice."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Set and save the order of the intervals: 'worst', 'time' or 'chain'."""
+        """Set and save the order of visiting intervals: 'worst', 'time' or 'chain'."""
         self.settings.order = order
         self.document.set_order(order)
         self.intervals.order_by(order)
 
     def accept_confident(self) -> None:
-        """Open the dialog that accepts all undecided intervals with a high confidence."""
+        """Open the dialog in which the user accepts all intervals with a high confidence."""
         if self.document.data is not None:
             AcceptConfidentDialog(self.document, self.accept_at_least, self.window).show()
 
@@ -302,7 +306,7 @@ class ReviewActions:
             self.decide(Decision.REJECTED)
 
     def focus_field(self, what: str) -> None:
-        """Move the focus to a field of the selected interval.
+        """Move the keyboard focus to a field on the card of the selected interval.
 
         `what` is 'note', 'delta', 'start' or 'stop'.
         """
@@ -314,9 +318,9 @@ class ReviewActions:
             self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
-        """Play the frames around the edge of the selected interval that is nearest to the playhead.
+        """Play the frames around the beginning or end of the selected interval.
 
-        If `other` is True, play around the other edge.
+        The edge nearer to the playhead is played or, if `other` is True, the farther one.
         """
         if not self.player.play_edge(other=other):
             self._ask_to_select()
@@ -331,7 +335,10 @@ class ReviewActions:
     # -- edges, and intervals made by hand ------------------------------------------------------
 
     def move_edge(self, *, start: bool) -> None:
-        """Move the start of the selected interval to the playhead, or its end to the next frame."""
+        """Move an edge of the selected interval to the playhead.
+
+        The frame at the playhead becomes the first frame or, if `start` is False, the last one.
+        """
         if (judged := self.document.interval) is None:
             return
         frame, interval = self.document.frame, judged.interval
@@ -363,10 +370,10 @@ class ReviewActions:
             self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch whether the part below the selected interval turns with the limb.
+        """Switch whether the correction of the selected interval also rotates the joints below it.
 
-        This part is the hand or foot of a flip, or the joints below a stretch. If it does not turn
-        with the limb, it keeps its rotation.
+        These are the hand or foot of a flip, or the joints below a stretch. If the correction does
+        not rotate them, they keep their captured rotation.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
@@ -381,7 +388,8 @@ class ReviewActions:
     def insert_interval(self) -> None:
         """Insert an interval at the playhead.
 
-        If `next_faint` has found a suspicious moment at the playhead, the interval has its frames.
+        If `next_faint` has found a candidate at the playhead, the interval has the frames and the
+        offset of this candidate.
         """
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
@@ -397,8 +405,8 @@ class ReviewActions:
     def next_faint(self) -> None:
         """Go to the next suspicious moment, at which the detector may have missed an error.
 
-        Such a moment is a candidate with a strength between τ/2 and τ, or an unexplained peak above
-        τ.
+        Such a moment is a candidate interval with a strength between τ/2 and τ, or an unexplained
+        peak of the strength above τ.
         """
         document = self.document
         if (data := document.data) is None:
@@ -445,7 +453,7 @@ class ReviewActions:
         )
 
     def why_not(self) -> None:
-        """Explain why nothing was found at the playhead, or at the peak above τ nearest to it."""
+        """Explain why the detector found nothing at the playhead or at a nearby peak above τ."""
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
@@ -455,9 +463,9 @@ class ReviewActions:
             document.answered.emit(reason_sentence(document, reason))
 
     def answer(self, text: str) -> None:
-        """Show an explanation of why nothing was found, unless the card already shows it.
+        """Show an explanation as a message, unless the card already shows it.
 
-        The explanation disappears when the playhead moves.
+        The message disappears when the playhead moves.
         """
         self._withdraw()
         if not self.card.says(text):
@@ -487,7 +495,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
+    """Return a sentence with the number of explained peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
@@ -508,7 +516,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
 
 
 def weak_candidates(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
-    """Return the intervals that the detector finds with half of τ, but not with τ.
+    """Return the intervals that the review's detector finds with half of τ, but not with τ.
 
     Intervals that overlap an interval of the review are left out.
     """

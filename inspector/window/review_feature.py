@@ -33,7 +33,7 @@ class Reviewing(FeatureParts):
         self.history = HistoryPanel(document)
 
     def content(self) -> QWidget:
-        """Return the content of the dock: the list, with the card below."""
+        """Return the content of the dock: the list of intervals above the card."""
         column = QWidget()
         vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
         return scrolled(column)

@@ -1,4 +1,4 @@
-"""Show the state of the review in the title, in undo and redo, and in the status bar."""
+"""Show the state of the review in the window title, the Edit menu and the status bar."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.review import Decision
 
 
 class ReviewSigns:
-    """Shows the state of the review in the title, in undo and redo, and in the status bar."""
+    """Shows the state of the review in the window title, the Edit menu and the status bar."""
 
     def __init__(self, window: HostWindow) -> None:
         self._window = window

@@ -23,9 +23,10 @@ _AUTOSAVE_MS = 60_000  # time after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves decisions, or leaves them in the journal, without a modal dialog during a review.
+    """Saves the decisions of a review, without a modal dialog unless the window closes.
 
-    `tell_saved` is a function that is called when the session is on disk.
+    Decisions that are not saved stay in the journal. `tell_saved` is called when the session is on
+    disk.
     """
 
     window: HostWindow
@@ -78,7 +79,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """If the clip is borrowed, show why it gets no session, and return True."""
+        """If the clip belongs to a lesson or an exercise, show why it is not saved; return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -129,21 +130,24 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """Return True if the review is saved, or need not be saved because the clip is borrowed."""
+        """Return True if the review is saved or is never saved, as in a lesson."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save the session without a message, except for errors. Return True if it is on disk.
+        """Save the session. Return True if it is on disk. Only errors are shown.
 
-        Borrowed clips and clips shipped with the program get no session, because the next user must
-        find them unchanged. Their decisions stay in the journal.
+        Clips of lessons and clips shipped with the program get no session, because the next user
+        must find them unchanged. Their decisions stay in the journal.
         """
         saved, trouble = self._save()
         self._report(trouble)
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """Save if possible. Return True if the session is on disk, and an error message or ''."""
+        """Save the session if possible.
+
+        Returns True if the session is on disk, and an error message, or ''.
+        """
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
@@ -159,7 +163,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show an error message after the next clip is opened, because opening clears messages."""
+        """Show an error message when the next clip is open, because opening clears messages."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -183,8 +187,8 @@ class Saving:
     def may_close(self, *, ask: bool = True) -> bool:
         """Return True if no decision is lost when the window closes.
 
-        All decisions must be saved, in the journal, or discarded by the user. If `ask` is True, the
-        user is asked when necessary.
+        Each decision must be saved, written to the journal, or discarded by the user. If `ask` is
+        True, ask the user when necessary.
         """
         waits = self.lessons.hidden_errors.not_handed_in if ask else ""
         if waits and not self._closes_without_handing_in(waits):
@@ -244,7 +248,7 @@ class Saving:
     def _ask_to_close(self, text: str, save: str, close: str) -> int:
         """Ask a question, and return the chosen button: Save, Discard or Cancel.
 
-        `save` and `close` are the texts of Save and Discard.
+        `save` and `close` are the texts of the Save button and the Discard button.
         """
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
@@ -257,7 +261,7 @@ class Saving:
         return answer
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Show that the session cannot be written. Return True to close the window anyway."""
+        """Show why the session cannot be written. Return True to close the window anyway."""
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions the next time you start the program.")
         text = f"{trouble} {later}"
@@ -271,5 +275,5 @@ def _unsaved_text(clip: str) -> str:
 
 
 def _named_session(path: Path) -> Path:
-    """Return the path with the suffix of session files added if it is missing."""
+    """Return the path, with the suffix of session files added if it is missing."""
     return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

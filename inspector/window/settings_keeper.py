@@ -21,7 +21,7 @@ _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draws the figure in the way that the user has chosen for the selected kind of error."""
+    """Draws the figure as the user prefers it for the kind of the selected interval."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class KeptLooks(QObject):
         is_busy: Callable[[], bool],
         parent: QObject,
     ) -> None:
-        """Restore the last choice.
+        """Draw the figure as the user has last chosen.
 
         `is_busy` is a function that returns True while a lesson or the teaching tab decides how to
         draw the figure.

@@ -21,7 +21,7 @@ _MARGIN = 2  # pixels around the buttons; the style's margin is wider
 
 
 class ToolBar(QToolBar):
-    """A toolbar with a button for each action. In a narrow window, some labels are hidden."""
+    """A toolbar with buttons for frequent actions. In a narrow window, some labels are hidden."""
 
     def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
@@ -56,7 +56,7 @@ class ToolBar(QToolBar):
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Show as many labels as fit with a new font or style, and restore the margins."""
+        """After a change of font or style, show as many labels as fit, and restore the margins."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.StyleChange and (layout := self.layout()) is not None:
             layout.setContentsMargins(*4 * (_MARGIN,))

@@ -70,7 +70,7 @@ _SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 
 
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
-    """Return `panel`, moved so that it does not cover `taken`.
+    """Return the rectangle `panel`, moved so that it does not cover the rectangle `taken`.
 
     The panel is moved up, down, left or right, by the shortest distance that keeps it inside
     `room`. If no direction is possible, the panel is returned unchanged.
@@ -142,7 +142,7 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore a saved layout; '' means the initial layout.
+        """Restore the saved geometry and layout of the window; '' means the initial one.
 
         Both parameters are bytes from Qt as hexadecimal text.
         """
@@ -162,7 +162,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels after the window, because the window would cover them."""
+        """Show floating panels after the main window, which would cover them if shown later."""
         if self._restored:
             self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
@@ -206,7 +206,7 @@ class UsualLayout(QObject):
     def kept(self, geometry: str) -> tuple[str, str] | None:
         """Return the geometry and layout for `restore`, or None while the window is not visible.
 
-        `geometry` is the geometry of the window before it was shown in full screen.
+        `geometry` is returned instead of the current geometry if the window is in full screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():
@@ -264,7 +264,7 @@ class UsualLayout(QObject):
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
-        """Return the initial value of `_sizes` for the current size of the window."""
+        """Return the default values of `_sizes`, in pixels, for the current size of the window."""
         wide, high = self._window.width(), self._window.height()
         least = round(_LOW_CURVES * high)
         curves = least if self._low.low else _CURVES.of(high)
@@ -274,7 +274,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """True if all panels whose size is set are visible. In a presentation, some are hidden."""
+        """Return True if all panels with a set size are visible. A presentation hides some."""
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _dragged_sizes(self) -> tuple[int, ...]:
@@ -282,7 +282,7 @@ class UsualLayout(QObject):
         return *self._sizes(), self._docks["clips"].width()
 
     def _sizes(self) -> tuple[int, ...]:
-        """Return the width of the right column and the heights of the chains and the curves."""
+        """Return the width of the right column and the heights of the chains and curves panels."""
         docks = self._docks
         across = Qt.Orientation.Horizontal
         return tuple(docks[n].width() if way == across else docks[n].height() for n, way in _SIZED)

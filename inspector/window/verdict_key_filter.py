@@ -1,9 +1,9 @@
 """Ignore verdict keys that repeat or that are pressed too early.
 
-A verdict key takes effect only once per press, and only after the interval has been painted. While
-a key is held down, Qt mistakes many repeats for new presses, because the next press may not have
-arrived when Qt handles the release. Such a repeat has the same time stamp as the release before it;
-a real press has a later one.
+A verdict key (accept or reject) takes effect only once per press, and only after the interval has
+been painted. While a key is held down, Qt mistakes many repeats for new presses, because the next
+press may not have arrived when Qt handles the release. Such a repeat has the same time stamp as the
+release before it; a real press has a later one.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class VerdictKeyFilter(QObject):
-    """Ignores the keys of actions until the selected interval is visible to the user.
+    """Ignores the keys of verdict actions until the selected interval is visible to the user.
 
     `is_drawn` is a function that returns True if the selected interval has been painted.
     """
