@@ -318,7 +318,7 @@ class Gestures:
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around `frame`, or pan. `notches` is the rotation of the wheel in notches."""
+        """Zoom in time around `frame`, or pan, by `notches`, the rotation of the wheel."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))
