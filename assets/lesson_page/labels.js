@@ -20,7 +20,7 @@ var Labels = (function () {
 
   const degrees = (angle) => signed(inDegrees(angle), 2) + "°";
   const size = (angle) => plain(inDegrees(angle), 2) + "°";
-  const numbers = (values) => "(" + values.map((x) => signed(x, 3)).join(", ") + ")";
+  const numbers = (values) => "(" + values.map((x) => signed(x, 3).padStart(6, "\u00a0")).join(", ") + ")";
 
   // -- rows of the equations ----------------------------------------------------------------------
   // of: the result of SwingTwist.numbersOf.

@@ -187,8 +187,9 @@ class DetailCard(QWidget):
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
         sentences = [tr("{n} intervals are selected. A decision applies to all of them.", n=number)]
-        selected = (j for j in self._document.intervals if j.id in ids)
-        if worse := sum(bool((j.interval.evidence or {}).get("worse")) for j in selected):
+        intervals = (j.interval for j in self._document.intervals if j.id in ids)
+        doubtful = (i.evidence or {} for i in intervals if i.open)  # the evidence takes time
+        if worse := sum(bool(evidence.get("worse")) for evidence in doubtful):
             sentences.append(
                 plural(
                     "The correction of {n} of them would make something worse. Look at it alone.",
