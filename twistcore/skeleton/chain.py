@@ -128,7 +128,7 @@ class Chain:
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints that an error or its correction changes: P and its children.
 
-        `carried` is ignored here. Only :class:`Limb` uses it.
+        `carried` has no effect on a chain. Only :class:`Limb` uses it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -262,7 +262,7 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     Parameters
     ----------
     chains
-        Chains and limbs, in the order of `twistcore info`.
+        Chains and limbs, in the order in which `twistcore info` lists them.
     name
         The name or label to look for.
     where
@@ -316,7 +316,7 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the warnings of the chains, without repetitions."""
+    """Return the warnings of all chains, without duplicates."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
