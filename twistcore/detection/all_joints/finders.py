@@ -1,7 +1,7 @@
 """Functions that find spikes, joint jumps, place jumps and body steps, as intervals of chains.
 
-A joint outside all chains is listed under the nearest chain: fingers with the forearm, toes with the
-shin, and the spine with the nearest chain below it.
+A joint outside all chains is listed under the nearest chain: fingers under the forearm, toes under
+the shin, and the spine under the nearest chain below it.
 """
 
 from __future__ import annotations
