@@ -26,9 +26,9 @@ IN_VAIN = 20  # a search ends after this number of successive seeds without an e
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return how unlikely natural motion is over each span of one length, nats, (rows, positions).
+    """Return the cost of natural motion over each span of one length, in nats, (rows, positions).
 
-    The result is the sum of the costs of u's departures from its natural course at the three probes
+    The cost is the sum of the costs of u's departures from its natural course at the three probes
     of a span. `k` is the index of the span length in `Surprise.at`, and `rows` contains the rows of
     the chains.
     """

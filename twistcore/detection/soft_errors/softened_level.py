@@ -33,7 +33,7 @@ _STEPS = 1e-3  # relative change of a number for its derivative
 # Maximum number of steps before the scales are narrowed, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
 ROUGHLY = 0.5  # smallest gain of a step while the scales are widened, in nats
-HOPELESS = 5.0  # a fit is given up if it needs more than this many of its last gains to be the best
+HOPELESS = 5.0  # a fit is abandoned if it needs more than this many of its last gains to be best
 NARROWER = 5.0  # factor by which the scales are narrowed
 
 
