@@ -312,7 +312,7 @@ def reach_at(fps: float) -> int:
 
 
 class _Measured:
-    """The measurements of one error, from which its evidence is computed."""
+    """The measurements of one possible error, from which the evidence about it is computed."""
 
     def __init__(self, background: Background, error: SuspectedError) -> None:
         self.background, self.chain, self.error = background, background.chain, error
@@ -399,8 +399,8 @@ class _Measured:
     def _for(self, name: str, edge: Edge, expected: float) -> float:
         """Return the log-likelihood ratio of an expected change at an edge over no change, in nats.
 
-        `name` is the name of the signal, and `expected` is the change that the error causes, in
-        degrees.
+        `name` is the name of the signal, and `expected` is the change that the error would cause,
+        in degrees.
         """
         c = self.chain
         turns: Array = getattr(c, name)
@@ -430,7 +430,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return how much rougher the correction makes the azimuth at the edges, in nats."""
+        """Return how much rougher the azimuth at the edges becomes with the correction, in nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -509,7 +509,7 @@ class Side:
 def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
     """Return the side to which C's bone usually bends, or None if it is unknown.
 
-    `chain` contains the signals of the chain, and `busy` is the mask of the frames to leave out,
+    `chain` contains the signals of the chain, and `busy` is the mask of the frames to exclude,
     shape (frames,).
     """
     if not chain.hinged:
@@ -528,7 +528,7 @@ def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
 
 
 def robust_scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)² of residuals r, a scale on which a few outliers have little effect.
+    """Return 1.48 (mean √|r|)² of residuals r, a scale that is robust to a few outliers.
 
     The result is at least `least`.
     """

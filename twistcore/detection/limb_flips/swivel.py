@@ -116,9 +116,9 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
     bone that ends in E, and the position of C. The result is the angle on which the position and at
     least one rotation agree, because a counter-twist or a spinning bone changes a rotation but does
     not move a joint. In a straight limb, C's position does not show the angle, so only the two
-    rotations are compared. If the measures disagree, the smallest angle is returned. However, if the rotations
-    and the position changed in different frames, the measures may agree over two frames. In that
-    case, the angle over two frames is used.
+    rotations are compared. If the measures disagree, the smallest angle is returned. However, if
+    the rotations and the position changed in different frames, the measures may agree over two
+    frames. In that case, the angle over two frames is used.
 
     Parameters
     ----------
