@@ -123,8 +123,8 @@ class DistinctFrames:
     def begin(self, kept: int) -> int:
         """Return the frame of the clip at which an interval begins.
 
-        `kept` is the index of the interval's first kept frame. Between linear keys, the interval
-        begins directly after the previous key.
+        `kept` is the index of the interval's first kept frame (a frame that is not a repeat, or a
+        linear key). Between linear keys, the interval begins directly after the previous key.
         """
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
@@ -133,12 +133,16 @@ class DistinctFrames:
     def end(self, kept: int) -> int:
         """Return the first frame of the clip after an interval.
 
-        `kept` is the index of the first kept frame after the interval.
+        `kept` is the index of the first kept frame (a frame that is not a repeat, or a linear key)
+        after the interval.
         """
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
-        """Return the index of the last kept frame at or before a frame of the clip."""
+        """Return the index of the last kept frame at or before a frame of the clip.
+
+        Kept frames are the frames that are not repeats, or the linear keys.
+        """
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
@@ -229,7 +233,10 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys in every `spacing`-th frame, beginning with frame `first`."""
+    """Linear keys in every `spacing`-th frame, beginning with frame `first`.
+
+    Between the keys, all joints rotate at constant speed.
+    """
 
     spacing: int
     first: int

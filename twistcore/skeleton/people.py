@@ -377,7 +377,7 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
+    """Return a person's name, such as 'B', or 'Person1' if the name is only a number.
 
     `words` belong to one person, and `shared` are the words next to them that all people share.
     """

@@ -200,7 +200,7 @@ class Rig:
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the added chain of this name, or None if the user did not add one."""
+        """Return the added chain with this name, or None if the user did not add one."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -319,7 +319,7 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return a chain whose `arm` points to a grandchild that is not a direct child of C.
+    """Return a chain whose `arm` points to a grandchild that is not a direct child of its child C.
 
     The direction varies over the frames if the joints in between bend. If the grandchild is too
     close to C in any frame, the chain has no grandchild.

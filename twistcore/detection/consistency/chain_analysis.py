@@ -261,7 +261,7 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return an interval with its final confidence, and True if it is judged as natural motion.
+        """Return an interval with its final confidence, and whether it is natural motion.
 
         The evidence can only lower the confidence. For an error of a straight limb, there is hardly
         any evidence except its course over time. Such an error is not judged if both bones rotate
@@ -301,7 +301,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return an interval with its confidence limited by the evidence, and True for natural motion.
+    """Return an interval with its confidence limited by evidence, and whether it is natural motion.
 
     `terms` contains the evidence and `segment` is the segment of the chain. `straight` is True if
     the interval was found as an error of a straight limb.

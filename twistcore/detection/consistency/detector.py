@@ -68,7 +68,7 @@ def analyse_chains(
 def _by_keys(
     motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell, effort: float
 ) -> NotatedAnalysis:
-    """Analyse a clip with linear keys.
+    """Analyse a clip with linear keys, between which joints rotate at constant speed.
 
     First, all frames are searched for jumps, and the clear errors are removed. Then only the keys
     are analysed.

@@ -14,8 +14,8 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
     """Return the indices of the runs of chains with the highest total gain in each frame.
 
     A run is a series of neighbouring chains that all have an error. No joint may belong to two
-    chosen runs. Among several runs with equal gain, the shortest is chosen,
-    and among equally short runs the one nearer to the tip of the limb.
+    chosen runs. Among several runs with equal gain, the shortest is chosen, and among equally short
+    runs the one nearer to the tip of the limb.
 
     Parameters
     ----------

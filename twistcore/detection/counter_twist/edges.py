@@ -62,8 +62,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     """Return all possible edges of a chain, and a mask of its steps, (frames,).
 
     Edges are short runs of frames in which an error may begin or end. Steps are the frames in which
-    the offset of an interval may change. `chain` is the row of the
-    chain in the counter-rotation.
+    the offset of an interval may change. `chain` is the row of the chain in the counter-rotation.
     """
     d, event = counter.d[chain], counter.event[chain]
     size = np.abs(d)

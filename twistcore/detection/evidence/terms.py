@@ -193,12 +193,15 @@ class Background:
 
     @cached_property
     def side(self) -> Side | None:
-        """The usual side to which C's bone bends, or None if it is unknown."""
+        """The side to which the child's bone usually bends, or None if it is unknown."""
         return usual_side(self.chain, self.busy)
 
     @cached_property
     def spread(self) -> float:
-        """The usual angle between C's bone and its usual side, in degrees, or NaN if unknown."""
+        """The usual angle between the child's bone and its usual side, in degrees.
+
+        NaN if the usual side is unknown.
+        """
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -244,7 +247,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return the opposite rotations of P and C over `width` frames, outside errors."""
+        """Return the opposite rotations of parent and child over `width` frames, outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -288,7 +291,7 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """The opposite rotations of P and C over a fixed number of frames.
+    """The opposite rotations of the parent P and the child C over a fixed number of frames.
 
     Attributes
     ----------
@@ -489,12 +492,12 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The side to which C's bone usually bends.
+    """The side to which the child's bone usually bends.
 
     Attributes
     ----------
     off
-        The azimuth of C's bone relative to this side, degrees, shape (frames,).
+        The azimuth of the child's bone relative to this side, degrees, shape (frames,).
     furthest
         The 95 % quantile of the magnitude of `off` in the bent limb.
     exact
@@ -507,7 +510,7 @@ class Side:
 
 
 def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
-    """Return the side to which C's bone usually bends, or None if it is unknown.
+    """Return the side to which the child's bone usually bends, or None if it is unknown.
 
     `chain` contains the signals of the chain, and `busy` is the mask of the frames to exclude,
     shape (frames,).

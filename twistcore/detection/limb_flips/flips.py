@@ -137,7 +137,7 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return `departures`, in radians, (frames,), after a flip has been removed from the limb.
+        """Return `departures` as they would be without a flip, in radians, (frames,).
 
         `offset` contains the angle of the flip in each frame, in radians, (frames,).
         """
@@ -255,7 +255,11 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,)."""
+        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,).
+
+        A departure is the limb's rotation since the previous frame minus the median of nearby
+        frames.
+        """
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:

@@ -100,10 +100,10 @@ def _median(windows: Array) -> Array:
 def natural_departures(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return the natural magnitude of a limb's departures near given frames, in radians, (n,).
 
-    `departures` contains the departures in radians, (frames,), and `height` the distance of the
-    middle joint from the line between the limb's ends, as a fraction of the limb's length,
-    (frames,). The smaller this distance is, the farther the same jitter rotates the limb about the
-    line.
+    `departures` contains the departures (see :func:`departure`) in radians, (frames,). `height`
+    contains the distance of the middle joint from the line between the limb's ends, as a fraction
+    of the limb's length, (frames,). The smaller this distance is, the farther the same jitter
+    rotates the limb about the line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -121,8 +121,9 @@ def sharp_jumps(
 ) -> list[Jump]:
     """Return the jumps in one frame, where a departure is at least τ radians or unusually large.
 
-    `scale_at` and `steps_at` are functions that return the natural magnitude of the departures and
-    the movement of the limb's end at given frames.
+    `departures` contains the departures (see :func:`departure`) in radians, (frames,). `scale_at`
+    and `steps_at` are functions that return the natural magnitude of the departures and the
+    movement of the limb's end at given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))

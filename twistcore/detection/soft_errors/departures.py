@@ -52,7 +52,7 @@ class SpanGrid:
 
     @property
     def support(self) -> int:
-        """The number of frames that are needed to compute one departure."""
+        """The number of frames from which the departures over one span are computed."""
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:

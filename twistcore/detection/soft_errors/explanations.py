@@ -161,7 +161,7 @@ class Explanations:
         return max(a, 1), min(b, self._surprise.frames - 1)
 
     def _try_free(self, spans: set[Frames]) -> None:
-        """Evaluate free offsets over several frame ranges, and store the best one."""
+        """Evaluate free offsets (of any shape) over frame ranges, and store the best offset."""
         known = self._known
         inner = {self._within(*p) for p in spans}
         self._judge({p for p in inner if p[0] < p[1]})
@@ -175,7 +175,7 @@ class Explanations:
         self._free = min(known.values(), key=lambda t: t.left)
 
     def _judge(self, some: set[Frames]) -> None:
-        """Evaluate free offsets over frame ranges that have not been evaluated yet."""
+        """Evaluate free offsets (of any shape) over frame ranges that are not yet evaluated."""
         low, high, known = self._low, self._high, self._known
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
@@ -190,8 +190,9 @@ class Explanations:
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
         """Fit softened levels, and return the one with the lowest cost as a :class:`Tried`.
 
-        If the free offset `free` is clear and has a lower cost, it is returned instead. `ratio` is
-        the largest value of the free offset, in σ.
+        A softened level is a constant offset that begins and ends gradually. If the free offset
+        `free` is clear and has a lower cost, it is returned instead. `ratio` is the largest value
+        of the free offset, in σ.
         """
         near, place, low = self._departures, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + near.u.size)
@@ -210,7 +211,10 @@ class Explanations:
 
 
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
-    """Return the frame ranges [start, stop) of free offsets that may explain a seed."""
+    """Return the frame ranges [start, stop) of free offsets that may explain a seed.
+
+    Free offsets have any shape. A seed is a span with an unnaturally large departure.
+    """
     half = place.length / 2
     windows = []
     for factor in WINDOWS:
@@ -245,9 +249,10 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 def _likely_levels(near: LocalDepartures, length: int, middle: int) -> list[tuple[Level, float]]:
     """Return the most likely softened levels near a seed, each with a factor for the scales.
 
-    For each factor by which the scales are widened, the level that explains the departures best is
-    returned. `length` and `middle` are the length and the middle frame of the seed, counted from
-    the start of the frame range.
+    A softened level is a constant offset that begins and ends gradually. For each factor by which
+    the scales are widened, the level that explains the departures best is returned. `length` and
+    `middle` are the length and the middle frame of the seed, counted from the start of the frame
+    range.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -26,7 +26,7 @@ LEAST = np.float32(1e-6)  # smallest departure in scales, so that its derivative
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures over spans of one length that overlap a frame range.
+    """The departures from natural courses over spans of one length that overlap a frame range.
 
     Attributes
     ----------
@@ -49,9 +49,10 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class LocalDepartures:
-    """All departures over n spans that overlap a frame range, sorted by length and position.
+    """The departures from natural courses over n spans that overlap a frame range.
 
-    There are three departures per span, one for each probe. The numbers have single precision,
+    The spans are sorted by length and position. There are three departures per span, one for each
+    probe. The numbers have single precision,
     which is twice as fast and still finer than any scale.
 
     Attributes
@@ -123,12 +124,12 @@ class LocalDepartures:
         return np.asarray(costs @ (self.root * self.root).ravel(), dtype=np.float64)
 
     def residuals(self, departures: Single, wider: Array) -> tuple[Single, Single]:
-        """Return the weighted residuals of u after removing each offset, and their derivatives.
+        """Return the weighted residuals after removing each offset, and their derivatives.
 
-        The sum of the squared residuals is the surprise (the cost of the departures) in nats. The
-        derivatives are with respect to the departures. Both results have the shape (m, 3 n).
-        `departures` contains the departures of the m offsets, shape (m, 3, n), and `wider` the
-        factor by which the scales are multiplied for each offset, (m, 1).
+        The residuals are the departures that remain. The sum of their squares is the surprise
+        (cost) in nats. The derivatives are with respect to the departures. Both results have the
+        shape (m, 3 n). `departures` contains the departures of the m offsets, shape (m, 3, n), and
+        `wider` the factor by which the scales are multiplied for each offset, (m, 1).
         """
         scaled = self.per_scale / wider[..., None].astype(np.float32)
         q = (self.u - departures) * scaled

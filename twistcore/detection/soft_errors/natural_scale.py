@@ -50,7 +50,7 @@ class Natural:
     span
         The spans.
     beta
-        β of each chain, shape (chains,).
+        β, the natural share of x + y in x, for each chain, shape (chains,).
     sigma, sigma_sum
         The scales of the departures of u and of x + y, radians, (probes, chains, positions), in
         single precision to save memory.
@@ -146,7 +146,7 @@ def natural_scales(
 
 
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
-    """Return β in 0…1 of each chain, (chains,), which minimises Σ|x − β(x + y)|.
+    """Return for each chain the β in 0…1 that minimises Σ|x − β(x + y)|, (chains,).
 
     `total` contains x + y, and `clean` is the mask of the positions to use. They and `x` have the
     shape (chains, n). The sum of absolute values is used because remaining errors have little
