@@ -156,7 +156,7 @@ def _pace(step: Array) -> Array:
 
 
 def _least_step(motion: Motion) -> float:
-    """Return the minimum deviation of a joint from its usual pace that is a step, in degrees."""
+    """Return the minimum deviation from a joint's usual pace that counts as a step, in degrees."""
     least = _LEAST_SLOW if motion.fps < _SLOW else _LEAST
     return max(least, 2.0 * float(np.degrees(motion.angle_step)))
 

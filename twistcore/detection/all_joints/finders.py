@@ -45,7 +45,7 @@ _LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
-    """Return the spikes of all joints, keyed by the name of the chain that lists the joint."""
+    """Return the spikes of all joints, keyed by the chain under which a joint is listed."""
     return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
 
 
@@ -238,7 +238,10 @@ class _Others:
         return [errors[k] for k in sorted({k for t in frames for k in edges.get(t, ())})]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error rotates. Of the children of P, only C is included."""
+        """Return the joints that an error rotates.
+
+        Of the parent joint's children, only the child that belongs to the chain is included.
+        """
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
         # The other children may not have rotated back.

@@ -114,7 +114,7 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """Return the block for given gains and values of `follows`, both (rows, columns)."""
+        """Create a block from gains and values of `follows`, both (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
@@ -318,7 +318,7 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the maximum length in frames of a corrected interval with only one edge."""
+    """Return the maximum length of an interval with one edge that is corrected, in frames."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 

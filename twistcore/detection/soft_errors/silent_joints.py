@@ -117,9 +117,10 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return (side, the joint's twist increments, the other joint's) for both joints of a chain.
+    """Return (side, own increments, other joint's increments) for both joints of a chain.
 
-    `side` is 1 for the parent and −1 for the child.
+    The increments are twist increments in radians, (frames,). `side` is 1 for the parent and −1 for
+    the child.
     """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
@@ -183,8 +184,9 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
     """Return the ratio of a parent's rotation to the opposite rotation of its silent child.
 
-    The rotations are measured in frames [start, stop), after the parent's natural motion has been
-    estimated with a cubic polynomial. The result is 1 if the ratio is unclear.
+    The rotations are measured in and around frames [start, stop). A cubic polynomial, which
+    estimates the natural motion of the parent, is removed from them first. The result is 1 if the
+    ratio is unclear.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)

@@ -53,7 +53,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """Return True if a joint is a root with several children and its name means no limb joint."""
+    """Return True if a joint is a root with several children and is not named as a limb joint."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
