@@ -121,7 +121,7 @@ class Chain:
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain for the given frames of the clip."""
+        """Return the chain with its bone directions restricted to the given frames of the clip."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 

@@ -45,7 +45,7 @@ _LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
-    """Return the spikes of all joints, keyed by the chain under which a joint is listed."""
+    """Return the spikes of all joints, keyed by the name of the chain that lists each joint."""
     return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
 
 
