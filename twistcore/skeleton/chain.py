@@ -116,17 +116,17 @@ class Chain:
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
-        """Return the chain for frames [start, stop) of the clip."""
+        """Return the chain with its bone directions restricted to frames [start, stop)."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain with its bone directions restricted to the given frames of the clip."""
+        """Return the chain with its bone directions restricted to the given frames."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return the joints that an error or its correction changes: P and its children.
+        """Return the joints that an error or its correction changes: the parent P and its children.
 
         `carried` has no effect on a chain. Only :class:`Limb` uses it.
         """
@@ -241,8 +241,8 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     """Return the names of the joints that a correction would change but that cannot be rotated.
 
     These joints lack rotation channels. The result is empty if the chain can be corrected.
-    `carried` is True for a limb flip in which the foot or hand rotated with the limb. Its local
-    rotation then needs no correction.
+    `carried` is True for a limb flip in which the foot or hand rotated with the limb. In this case,
+    the local rotation of the foot or hand needs no correction.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)

@@ -60,7 +60,8 @@ class Limb(Chain):
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints whose local rotation a flip or its correction changes: P and E.
 
-        `carried` is True if E rotated with the limb. In this case, only P changes.
+        P is the limb's first joint, and E is its end. `carried` is True if E rotated with the limb.
+        In this case, only P changes.
         """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
