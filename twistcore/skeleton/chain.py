@@ -116,19 +116,19 @@ class Chain:
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
-        """Return the chain for frames [start, stop) of the clip."""
+        """Return the chain with its bone directions restricted to frames [start, stop)."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain for the given frames of the clip."""
+        """Return the chain with its bone directions restricted to the given frames."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return the joints that an error or its correction changes: P and its children.
+        """Return the joints that an error or its correction changes: the parent P and its children.
 
-        `carried` is ignored here. Only :class:`Limb` uses it.
+        `carried` has no effect on a chain. Only :class:`Limb` uses it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -241,8 +241,8 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     """Return the names of the joints that a correction would change but that cannot be rotated.
 
     These joints lack rotation channels. The result is empty if the chain can be corrected.
-    `carried` is True for a limb flip in which the foot or hand rotated with the limb. Its local
-    rotation then needs no correction.
+    `carried` is True for a limb flip in which the foot or hand rotated with the limb. In this case,
+    the local rotation of the foot or hand needs no correction.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -262,7 +262,7 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     Parameters
     ----------
     chains
-        Chains and limbs, in the order of `twistcore info`.
+        Chains and limbs, in the order in which `twistcore info` lists them.
     name
         The name or label to look for.
     where
@@ -316,7 +316,7 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the warnings of the chains, without repetitions."""
+    """Return the warnings of all chains, without duplicates."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 

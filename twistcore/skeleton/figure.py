@@ -32,7 +32,7 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def up_letter(motion: Motion) -> str:
-    """Return the axis that points up in a motion, 'Y' or 'Z'."""
+    """Return the name of a motion's vertical axis, 'Y' or 'Z'."""
     up = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
     return "XYZ"[int(up.argmax())]
 

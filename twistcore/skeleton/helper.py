@@ -68,8 +68,8 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
     """Yield the helpers of a bone.
 
-    They are children of the bone's first joint that have the name of a helper, or that are on the
-    bone and have no children.
+    A helper is a child of the bone's first joint. Either it has a helper's name, or it is on the
+    bone and has no children.
     """
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)

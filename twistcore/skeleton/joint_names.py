@@ -61,7 +61,7 @@ _LAST = 3  # rank of a name that is used only if no other name has its role
 def interpret_names(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
     """Return the meaning of each joint name of a skeleton.
 
-    The built-in vocabulary is the default.
+    If no vocabulary is given, the built-in one is used.
     """
     return list(_interpret_names(tuple(names), vocabulary or default_vocabulary()))
 
@@ -87,7 +87,7 @@ def _said(joint: JointName) -> str:
 
 
 def is_helper(name: str) -> bool:
-    """Return True if a name means a joint that only distributes the twist of its bone."""
+    """Return True if a name means a helper: a joint that only distributes the twist of its bone."""
     return interpret_names([name])[0].helper
 
 
@@ -123,7 +123,7 @@ def _known(joints: Iterable[JointName]) -> int:
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
-    """Return the number of different words for bones that the names contain."""
+    """Return the number of distinct words for limb bones in joint names."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
 
 
@@ -152,7 +152,7 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meaning of each joint's words.
+    """Return the meaning of each joint name, given as a list of words.
 
     Names are first interpreted one by one and then compared with each other.
     """
@@ -169,7 +169,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """Return the digits of a name, except those in a prefix of the rig such as Bip01."""
+    """Return the digits of a name, except those in a prefix of the whole rig, such as Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -182,7 +182,10 @@ def _number(words: list[str], vocabulary: Vocabulary) -> str:
 
 
 def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
-    """Join the phrases in a name and split its compounds. Return the resulting words."""
+    """Split a joint name into words, each with its meaning.
+
+    Phrases of several words are joined, and compounds are split.
+    """
     split: list[_Piece] = []
     for word in words:
         split += _split_side(folded(word), word.isupper(), vocabulary)
@@ -279,9 +282,10 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return 'Left', 'Right' or '' for each joint, using words that mean a side only in pairs.
+    """Return the side of each joint, using words that mean a side only in pairs.
 
-    Such a word is used only if the skeleton also has the mirrored name.
+    Such a word is used only if the skeleton also has the mirrored name. The side is 'Left', 'Right'
+    or ''.
     """
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
@@ -381,9 +385,10 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Sort each joint's roles. Return the joints and the pairs (side, role) that are certain.
+    """Sort each joint's possible roles, such as 'hand', with the most likely role first.
 
-    The most likely role comes first. A role comes last if it is certain for another joint.
+    A role comes last if it is certain for another joint. Return the joints and the pairs (side,
+    role) that are certain.
     """
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
@@ -406,7 +411,7 @@ def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[s
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return a rank from 0 for a plain, known name to 3 for a name that is only a last resort."""
+    """Rank a joint name from 0 (a plain, known name) to 3 (used only if no other name fits)."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

@@ -148,7 +148,7 @@ class Vocabulary:
 
     @cached_property
     def longest(self) -> int:
-        """Return the number of characters of the longest word."""
+        """Return the length of the longest word, in characters."""
         return max(map(len, self.words), default=0)
 
 
@@ -178,7 +178,7 @@ def default_words() -> Vocabulary:
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
-    """Read the user's file of words and add its words to the default vocabulary.
+    """Read the user's word file and add its words to the default vocabulary.
 
     Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
@@ -186,7 +186,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check the user's file of words. Return the parsed TOML document.
+    """Read and check the user's word file. Return the parsed TOML document.
 
     Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
@@ -201,7 +201,7 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """Return the default vocabulary, extended by the words of a parsed file.
+    """Return the default vocabulary, extended by the words of a parsed word file.
 
     Raises FormatError if a word or a meaning is invalid.
     """
@@ -209,9 +209,9 @@ def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
 
 
 class _WordsError(FormatError):
-    """An error in a file of words.
+    """An error in a word file.
 
-    `at` contains words in or above the faulty line, which are used to find its number.
+    `at` contains words in or above the faulty line, which are used to find the line number.
     """
 
     def __init__(self, message: str, *at: str) -> None:
@@ -220,7 +220,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return the number of the faulty line as 'line 7: ', or '' if it is not found.
+    """Return the line number of an error in a word file, as 'line 7: ', or '' if it is not found.
 
     The words of `at` are searched for in order. The last one is in the faulty line.
     """
@@ -235,7 +235,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Return a word in lower case, without accents, in half-width letters."""
+    """Convert a word to lower case and half-width characters, and remove accents."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -326,14 +326,14 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase as one word, in the form in which the vocabulary stores it."""
+    """Convert a phrase to a single word, in the form of the vocabulary's keys."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """Return a phrase without 'left' or 'right' at its ends. Users may enter a full name."""
+    """Remove 'left' or 'right' from both ends of a phrase, because users may enter a full name."""
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -351,10 +351,10 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def parse_joint_meaning(name: str, said: str) -> JointName:
-    """Parse the user's words for a joint, such as 'left hand', 'helper' or 'unknown'.
+    """Parse the meaning that the user gave a joint, such as 'left hand', 'helper' or 'unknown'.
 
-    `name` is the joint's name, and `said` contains the words. Raises FormatError if the words have
-    no meaning.
+    `name` is the joint's name, and `said` is the user's text. Raises FormatError if the text has no
+    known meaning.
     """
     words = said.casefold().split()
     side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""

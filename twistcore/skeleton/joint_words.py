@@ -16,7 +16,7 @@ _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 def words_of(name: str) -> list[str]:
     """Return the words in a name, which are runs of letters or of digits.
 
-    Namespaces, paths and text in brackets are left out.
+    Namespaces, paths and text in brackets are omitted.
     """
     plain = "".join(
         c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
@@ -52,7 +52,10 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """Return True if two capitals are a side and an initial, as in LUArm and RFArm."""
+    """Return True if the first of two capitals means a side, and the second is an initial.
+
+    Examples are LU in LUArm and RF in RFArm.
+    """
     return len(capitals) == 2 and capitals[0] in "LR"
 
 

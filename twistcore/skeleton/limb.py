@@ -54,13 +54,14 @@ class Limb(Chain):
 
     @property
     def end(self) -> int:
-        """Return the index of E, which keeps its position in a flip."""
+        """Return the index of E, the end of the limb, whose position a flip does not change."""
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return the joints whose local rotation a flip or its correction changes: P and E.
 
-        `carried` is True if E rotated with the limb. In this case, only P changes.
+        P is the limb's first joint, and E is its end. `carried` is True if E rotated with the limb.
+        In this case, only P changes.
         """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
@@ -72,7 +73,7 @@ class Limb(Chain):
 
     @property
     def list_label(self) -> str:
-        """Return a label that differs from a chain's, such as 'Right leg · limb'."""
+        """Return the label for lists of chains and limbs, such as 'Right leg · limb'."""
         return f"{self.label} · limb"
 
     @property

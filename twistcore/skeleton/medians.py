@@ -1,7 +1,7 @@
 """Compute medians and quantiles of finite numbers, bit for bit equal to numpy's.
 
 For the short arrays of one joint, numpy's functions are four times slower. They also import masked
-arrays, which takes 5 % of a command's time. The filters of scipy take even longer to load.
+arrays, which takes 5 % of a command's time. The filters in scipy take even longer to load.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Recognise clips with a coarse *notation*: rounded angles, held frames or linear keys.
 
 Held frames repeat the previous frame. Between linear keys, joints rotate at constant speed. The
-artefacts of such a notation are neither motion nor errors. The notation is recognised only from the
-numbers of the clip. A clip in ordinary notation is never mistaken for a coarse one.
+artefacts of such a notation are neither motion nor errors. The notation is recognised from the
+values in the clip alone. A clip in ordinary notation is never mistaken for a coarse one.
 """
 
 from __future__ import annotations
@@ -121,28 +121,32 @@ class DistinctFrames:
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the first frame of an interval in the clip, given its first kept frame.
+        """Return the frame of the clip at which an interval begins.
 
-        `kept` is the index of that kept frame. Between linear keys, the interval begins directly
-        after the previous key.
+        `kept` is the index of the interval's first kept frame (a frame that is not a repeat, or a
+        linear key). Between linear keys, the interval begins directly after the previous key.
         """
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the first frame of the clip after an interval, given the kept frame after it.
+        """Return the first frame of the clip after an interval.
 
-        `kept` is the index of that kept frame.
+        `kept` is the index of the first kept frame (a frame that is not a repeat, or a linear key)
+        after the interval.
         """
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
-        """Return the index of the kept frame that precedes a frame of the clip or equals it."""
+        """Return the index of the last kept frame at or before a frame of the clip.
+
+        Kept frames are the frames that are not repeats, or the linear keys.
+        """
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
-        """Extend an offset from kept frames to all frames of the clip that it changes.
+        """Extend an interval's offset from the kept frames to all frames of the clip.
 
         In held frames, the offset stays the same. Between linear keys, it is interpolated, from 0
         at the key before the interval to 0 at the key after it.
@@ -175,10 +179,11 @@ class DistinctFrames:
 
 @cache_per_object
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without held frames, or None if frames are not repeated regularly.
+    """Return the motion without held frames, which repeat the previous frame.
 
-    Every frame that differs from the previous one is kept, so that an error begins in the right
-    frame. While the figure is still, frames are kept at the usual spacing.
+    The result is None if frames are not repeated regularly. Every frame that differs from the
+    previous one is kept, so that an error begins in the right frame. While the figure is still,
+    frames are kept at the usual spacing.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -207,9 +212,9 @@ def _run_starts(rotations: Array) -> Frames:
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of runs of equal frames, or None if there is no pattern.
+    """Return the usual length of runs of equal frames, or None if there is no regular length.
 
-    `starts` comes from :func:`_run_starts`.
+    `starts` is the result of :func:`_run_starts`.
     """
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
@@ -228,7 +233,10 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys in every `spacing`-th frame, beginning with frame `first`."""
+    """Linear keys in every `spacing`-th frame, beginning with frame `first`.
+
+    Between the keys, all joints rotate at constant speed.
+    """
 
     spacing: int
     first: int
@@ -239,7 +247,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion at the keys only. The first frame always counts as a key."""
+        """Return the motion at the keys only. The first frame is always included."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])

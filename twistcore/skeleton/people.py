@@ -140,7 +140,7 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """Divide the subtrees of sibling joints among people. Each person is a list of tops.
+    """Divide the subtrees of sibling joints among people, and return the subtrees of each person.
 
     `begin` contains the siblings, `sizes` the number of joints in the subtree of every joint, and
     `levels` is the number of branching levels to search. The result is empty if there are fewer
@@ -164,10 +164,10 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by their limbs, or return [] if no limb occurs twice.
+    """Group subtrees into people by their limbs, or return [] if no limb occurs twice.
 
-    Tops with the same mark and different limbs belong to one person. A group with a single limb is
-    a person only if its tops are roots.
+    Subtrees with the same mark and different limbs belong to one person. A group with a single limb
+    is a person only if its subtrees begin at roots.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -194,7 +194,8 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
     """Return the people whose hands and feet have unknown names, or [] if there are fewer than two.
 
-    Every person must look like a whole figure. The tops must be roots or have similar joint names.
+    Every person must look like a whole figure. The subtrees must begin at roots or have similar
+    joint names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
@@ -205,7 +206,10 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """Return True if long lines of joints begin at two or more joints, such as hips and chest."""
+    """Return True if a subtree looks like a whole figure.
+
+    Long lines of joints must begin at two or more of its joints, such as hips and chest.
+    """
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -221,13 +225,13 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the share of joint names that two tops have in common, 0…1."""
+    """Return the Jaccard similarity of the joint names of two subtrees, 0…1."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return a top for each sibling joint: the joint with its subtree, mark and limbs."""
+    """Return the subtree of each sibling joint, with its mark and limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -239,7 +243,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Return each hand and foot as (side, part), if two joints of the same side are above it."""
+    """Return (side, part) of each hand and foot that is below at least two joints of its side."""
     # Number of joints of each side on the path from the top, keyed by joint.
     above: dict[int, Counter[str]] = {-1: Counter()}
     found = set()
@@ -351,7 +355,7 @@ def _of_most(values: Sequence[str]) -> str:
 def _shared_words(names: Sequence[str], step: int) -> list[str]:
     """Return the words with which most names begin (`step` 1) or end (`step` −1).
 
-    The outermost word is the first.
+    The result begins with the outermost word.
     """
     words = [_WORD.findall(name)[::step] for name in names]
     shared: list[str] = []
@@ -365,7 +369,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of words at the beginning that all lists of words share."""
+    """Return the length of the longest common prefix of lists of words."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -373,7 +377,7 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
+    """Return a person's name, such as 'B', or 'Person1' if the name is only a number.
 
     `words` belong to one person, and `shared` are the words next to them that all people share.
     """

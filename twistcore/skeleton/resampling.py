@@ -33,7 +33,7 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
 
 
 def frames_at_times(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Return the frames before and after each time, and the position between them, 0…1.
+    """Return the frames before and after each time, and the fraction between them, 0…1.
 
     `times` are in frames, and `frames` is the number of frames.
     """

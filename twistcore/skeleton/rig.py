@@ -120,7 +120,7 @@ class Rig:
     add : tuple of OwnChain
         Chains to add, in this order.
     remove : tuple of str
-        Names of chains to leave out.
+        Names of chains to remove.
     names : mapping of str to str
         Meanings of joints, keyed by joint name, such as ``{"Bone07": "left forearm"}``.
 
@@ -200,7 +200,7 @@ class Rig:
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the added chain of this name, or None if the user did not add one."""
+        """Return the added chain with this name, or None if the user did not add one."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -209,7 +209,7 @@ class Rig:
         return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
     def summary(self) -> str:
-        """Return the numbers of changes as text, such as '2 added, 1 removed'."""
+        """Summarise the changes as text, such as '2 added, 1 removed'."""
         counts = (
             (len(self.add), "added"),
             (len(self.remove), "removed"),
@@ -319,10 +319,10 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with an `arm` that points to a grandchild that is not a child of C.
+    """Return a chain whose `arm` points to a grandchild that is not a direct child of its child C.
 
-    The direction varies over the frames if the joints in between bend. If the grandchild is
-    too close to C in any frame, the chain has no grandchild.
+    The direction varies over the frames if the joints in between bend. If the grandchild is too
+    close to C in any frame, the chain has no grandchild.
     """
     bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

@@ -1,4 +1,7 @@
-"""Find body steps, in which many joints jump in the same frame, and jumps in position."""
+"""Find body steps, in which many joints jump in the same frame, and jumps in joint positions.
+
+A joint *steps* in a frame if it rotates much farther than in the frames before and after it.
+"""
 
 from __future__ import annotations
 
@@ -21,12 +24,12 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 SHARE, FEWEST = 0.3, 5  # minimum share of the moving joints, and minimum number, that step together
-# A joint steps if its turn deviates from its pace by more than _TIMES its usual deviation, and by
-# more than _LEAST degrees. The usual deviation is assumed to be at least _FLOOR degrees.
+# A joint steps if its rotation deviates from its pace by more than _TIMES its usual deviation, and
+# by more than _LEAST degrees. The usual deviation is assumed to be at least _FLOOR degrees.
 _TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # below this frame rate, the minimum deviation is this, in degrees
 _AROUND = 0.08  # seconds; the usual deviation is the median of a block about twice as long
-_MOVES = 0.02  # a joint moves if its median turn is larger, in degrees per frame
+_MOVES = 0.02  # a joint moves if its median rotation is larger, in degrees per frame
 _SHOWS = 2.0  # degrees: a step with a smaller median is hardly visible
 _NEARBY = 10  # number of frames on either side with which the bends at a step are compared
 _EDGE = 4  # number of frames at each end, and after a first pose, that are not examined
@@ -41,14 +44,14 @@ _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A step of many joints of a person in frames [start, stop).
+    """A sudden rotation of many joints of a person in frames [start, stop).
 
     Attributes
     ----------
     share
-        The largest fraction of the moving joints that step in one of the frames.
+        The fraction of the person's moving joints that step, in the frame in which it is largest.
     degrees
-        The largest median turn of the stepping joints in one of the frames.
+        The median rotation of the stepping joints, in degrees, in the frame in which it is largest.
     person
         The name of the person, '' if there is only one.
     """
@@ -64,7 +67,8 @@ class BodyStep:
 class PlaceStep:
     """A jump in the position of a joint in frames [start, stop).
 
-    `way` is the distance of the position from its path, as a fraction of the skeleton's height.
+    `way` is the distance of the position from its interpolated path, as a fraction of the
+    skeleton's height.
     """
 
     joint: int
@@ -75,11 +79,12 @@ class PlaceStep:
 
 @cache_per_object
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
-    """Return the steps of the whole body, sorted by start, with the frame numbers of the clip.
+    """Return the body steps of all people, sorted by start, with the frame numbers of the clip.
 
-    A joint steps if its turn deviates from the mean of the turns before and after by more than is
-    usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
-    or blend into one.
+    In a body step, many joints step in the same frame. A joint steps if its rotation since the
+    previous frame deviates from the mean of the rotations before and after by more than is usual
+    nearby. Steps at both ends of a clip are omitted, because a clip may begin in another pose or
+    blend into one.
     """
     kept = without_held(motion)
     if kept is None and (keys := linear_keys(motion)) is not None:
@@ -107,8 +112,8 @@ def _of_person(
 ) -> Iterator[BodyStep]:
     """Yield the body steps of one person.
 
-    `every` contains the turns of all joints of the skeleton since the previous frame, in degrees,
-    (frames, joints). Only frames [first, last) are examined.
+    `every` contains the rotation angle of each joint of the skeleton since the previous frame, in
+    degrees, (frames, joints). Only frames [first, last) are examined.
     """
     moving = [j for j in person.joints if median(every[:, j]) > _MOVES]
     if len(moving) < FEWEST:
@@ -140,9 +145,10 @@ def _of_person(
 
 
 def _pace(step: Array) -> Array:
-    """Return the mean of the turns before and after each frame, in degrees, (frames, joints).
+    """Return the pace of each joint, in degrees per frame, (frames, joints).
 
-    In the first and the last frame, the turn itself is returned.
+    The pace in a frame is the mean of the joint's rotations, `step`, in the frames before and after
+    it. In the first and the last frame, it is the joint's rotation in this frame.
     """
     pace = step.copy()
     pace[1:-1] = 0.5 * (step[:-2] + step[2:])
@@ -150,7 +156,7 @@ def _pace(step: Array) -> Array:
 
 
 def _least_step(motion: Motion) -> float:
-    """Return the minimum deviation from the pace that counts as a step, in degrees."""
+    """Return the minimum deviation from a joint's usual pace that counts as a step, in degrees."""
     least = _LEAST_SLOW if motion.fps < _SLOW else _LEAST
     return max(least, 2.0 * float(np.degrees(motion.angle_step)))
 
@@ -158,8 +164,9 @@ def _least_step(motion: Motion) -> float:
 def _most_off_pace(off: Array, frames: NDArray[np.intp], fps: float, least: float) -> Array:
     """Return the largest natural deviation of each joint from its pace, in degrees, (n, joints).
 
-    `off` contains the deviations, (frames, joints). `frames` contains the n frames to examine. The
-    result is at least `least`.
+    The pace is the mean rotation in the frames before and after. `off` contains the deviations in
+    all frames, (frames, joints), and `frames` the n frames to examine. The result is at least
+    `least`.
     """
     usual = _usual_around(off, frames, max(8, 2 * round(_AROUND * fps)))
     return np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
@@ -168,10 +175,10 @@ def _most_off_pace(off: Array, frames: NDArray[np.intp], fps: float, least: floa
 def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) -> Mask:
     """Return a mask of the joints that step in n given frames, (n, joints).
 
-    `step` contains the turns and `off` their deviations from the pace, both (frames, joints).
-    `most` is the result of :func:`_most_off_pace`.
+    `step` contains the rotations since the previous frame and `off` their deviations from the pace,
+    both in degrees, (frames, joints). `most` is the result of :func:`_most_off_pace`.
     """
-    # The frames next to a step also deviate, so the turn must not be smaller than its neighbours.
+    # The frames next to a step also deviate, so a step must not be smaller than its neighbours.
     return np.asarray(
         (off[frames] > most) & (step[frames] >= np.maximum(step[frames - 1], step[frames + 1]))
     )
@@ -180,11 +187,12 @@ def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) ->
 def body_curve(
     motion: Motion, joints: Sequence[int], start: int, stop: int
 ) -> tuple[Array, Array] | None:
-    """Return the median turn of the joints that step in frames [start, stop), and its limit.
+    """Return the median rotation of the joints that step in frames [start, stop), and its limit.
 
-    Both are in degrees, (frames,). The limit is the largest natural turn in each frame, given the
-    turns before and after it. `joints` contains the joints of a person, and `motion` must not
-    contain held frames. The result is None if no joint steps.
+    Both have a value for each frame of the clip, in degrees, (frames,). The limit is the largest
+    natural rotation, given the rotations in the frames before and after. `joints` contains the
+    joints of a person, and `motion` must not contain held frames. The result is None if no joint
+    steps.
     """
     frames = np.arange(max(start, 1), min(stop, motion.frames - 1))
     if not len(frames):
@@ -205,10 +213,10 @@ def body_curve(
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
-    """Count the joints whose bend jumps in a frame.
+    """Return the number of joints whose bend jumps in a frame.
 
     The change of a joint's bend must exceed `least` degrees and be far larger than nearby. Twist
-    errors in many chains turn many joints in the same frame, but bend none.
+    errors in many chains rotate many joints in the same frame, but do not change any bend.
     """
     first = max(frame - _NEARBY, 0)
     bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
@@ -219,7 +227,7 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
 
 
 def _steps(rotations: Array) -> Array:
-    """Return the turn of each joint since the previous frame, in degrees, (frames, joints)."""
+    """Return each joint's rotation since the previous frame, in degrees, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
     turn = step[1:]  # all in place, because the arrays of a long clip are large
     np.einsum("tji,tji->tj", rotations[1:], rotations[:-1], out=turn)
@@ -234,7 +242,7 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
     """Return the usual deviation of each joint from its pace near n given frames, (n, joints).
 
     The usual deviation is the median of `off`, (frames, joints), over the block of `width` frames
-    that contains the frame.
+    that contains the given frame.
     """
     blocks = max(len(off) // width, 1)
     at = np.minimum(frames // width, blocks - 1).tolist()
@@ -245,9 +253,8 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of joints with position channels, sorted by start.
 
-    A position that leaves its path for a frame or two and returns is reported as one jump. `motion`
-    must not contain held frames, and `counted` is the mask of the frames in which jumps are
-    searched for, shape (frames,).
+    If a position leaves its path for a frame or two and then returns, this is one jump. `motion`
+    must not contain held frames. `counted` is the mask of the frames to search, shape (frames,).
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -273,10 +280,11 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
-    """Return the distance of a joint from its path, (frames,), and the smallest jump at a frame.
+    """Return the distance of a joint from its path, (frames,), and the minimum jump in a frame.
 
-    Both are fractions of the skeleton's height. `motion` must not contain held frames. The result
-    is None for a joint without position channels.
+    Both are fractions of the skeleton's height. The second is the smallest distance in frame
+    `frame` that is reported as a jump. `motion` must not contain held frames. The result is None
+    for a joint without position channels.
     """
     if joint not in motion.positioned:
         return None
@@ -286,11 +294,11 @@ def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] |
 
 
 def _off_path(motion: Motion) -> Array:
-    """Return the distances of all positions from their paths, in the unit of the file.
+    """Return the distance of each position from its path, in the file's unit, (frames, n).
 
-    The distance in a frame is the difference between the movement into the frame and the more
-    similar of the movements before and after it. The result has the shape (frames, n) for the n
-    joints with positions.
+    n is the number of joints with position channels. The distance in a frame is the length of the
+    difference between the movement into the frame and the movement before or after it, whichever is
+    more similar.
     """
     off = np.zeros((motion.frames, len(motion.positioned)))
     turned = np.linalg.norm(np.diff(motion.positions, n=2, axis=0), axis=2)
@@ -299,14 +307,14 @@ def _off_path(motion: Motion) -> Array:
 
 
 def _least_way(motion: Motion) -> float:
-    """Return the minimum distance from the path at a jump in position, in the unit of the file."""
+    """Return the minimum distance from the path at a jump in position, in the file's unit."""
     return (PLACE_SLOW if motion.fps < _SLOW else PLACE) * motion.skeleton.height
 
 
 def _usual_way(motion: Motion, off: Array, t: int) -> float:
-    """Return the usual distance of a position from its path near a frame, in the unit of the file.
+    """Return the usual distance of a position from its path near frame `t`, in the file's unit.
 
-    `off` contains the distances of the position in all frames, and `t` is the frame.
+    `off` contains the position's distance from the path in each frame.
     """
     around = np.concatenate([off[max(t - _REACH, 2) : max(t - 2, 0)], off[t + 3 : t + 1 + _REACH]])
     floor = _PLACE_FLOOR * motion.skeleton.height

@@ -1,7 +1,7 @@
-"""The finders of spikes, joint jumps, place jumps and body steps, which return intervals of chains.
+"""Functions that find spikes, joint jumps, place jumps and body steps, as intervals of chains.
 
-A joint outside all chains is listed with the nearest chain: fingers with the forearm, toes with the
-shin, and the spine with the nearest chain below it.
+A joint outside all chains is listed under the nearest chain: fingers under the forearm, toes under
+the shin, and the spine under the nearest chain below it.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ _LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
-    """Return the spikes of all joints, keyed by chain name."""
+    """Return the spikes of all joints, keyed by the name of the chain that lists each joint."""
     return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
 
 
 def find_joint_jumps(search: KindSearch) -> Found:
-    """Return the jumps of all joints, keyed by chain name, without lone jumps."""
+    """Return the jumps of all joints, except lone jumps, keyed by chain name."""
     return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
 
 
@@ -72,7 +72,7 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the body steps of each person, keyed by the person's first chosen chain."""
+    """Return the body steps of each person, keyed by the name of the person's first chain."""
     skeleton = search.motion.skeleton
     first = {chain.person: chain for chain in reversed(search.chosen)}
     found: dict[str, list[Interval]] = {}
@@ -98,7 +98,7 @@ class _JointSteps:
 
 
 def _joint_steps(search: KindSearch) -> _JointSteps:
-    """Return the spikes and jumps of all joints that no other error explains."""
+    """Return the spikes and jumps of all joints that are not explained by a different error."""
     motion, held = search.motion, without_held(search.motion)
     if motion.frames < 4 * _BESIDE or not search.chains:
         return _JointSteps((), ())
@@ -122,7 +122,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the smallest spike and the smallest jump to report for each joint of a motion.
+    """Return the minimum spike and the minimum jump to report for each joint of a motion.
 
     A joint without three rotation channels has limits that are never reached.
     """
@@ -163,14 +163,14 @@ class _Others:
     search
         The clip.
     errors
-        The correctable errors that turn a joint, keyed by joint.
+        The correctable errors that rotate a joint, keyed by joint.
     edges
-        For each joint, the indices of these errors, keyed by their first frame and by the frame
-        after their last.
+        For each joint, the indices of the errors that begin in a frame or end directly before it,
+        keyed by frame.
     of_joints
         Masks of the frames with lone jumps or noise, shape (frames,), keyed by joint.
     of_body
-        The sizes of the body steps of a joint's person in degrees, shape (frames,), keyed by joint.
+        The size of the body steps of the joint's person, degrees, shape (frames,), keyed by joint.
     """
 
     search: KindSearch
@@ -181,7 +181,7 @@ class _Others:
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
-        """Collect the other errors in the clip of a search."""
+        """Collect the other errors in the clip that is searched."""
         motion = search.motion
         frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
         errors: dict[int, list[Interval]] = {}
@@ -211,10 +211,10 @@ class _Others:
         return _Others(search, errors, edges, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """Return True if another error explains the step of a joint.
+        """Return True if a different error explains the step (spike or jump) of a joint.
 
-        An error explains a step if it has the same joint and frames, or if its correction removes
-        the step. `jump` is True for a jump and False for a spike.
+        An error explains a step if it affects the same joint in the same frames, or if its
+        correction removes the step. `jump` is True for a jump and False for a spike.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         body = self.of_body.get(step.joint)
@@ -232,22 +232,25 @@ class _Others:
         return any(self._correction_removes(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
-        """Return the errors that turn a joint and begin or end near a step."""
+        """Return the errors that rotate a joint and begin or end near a step."""
         errors, edges = self.errors.get(joint, []), self.edges.get(joint, {})
         frames = range(step.start - _BESIDE, step.stop + _BESIDE + 1)
         return [errors[k] for k in sorted({k for t in frames for k in edges.get(t, ())})]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns; of the children of P, only C is included."""
+        """Return the joints that an error rotates.
+
+        Of the parent joint's children, only the child that belongs to the chain is included.
+        """
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
-        # The other children may not have turned back.
+        # The other children may not have rotated back.
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _correction_removes(
         self, errors: Sequence[Interval], step: JointStep, *, jump: bool
     ) -> bool:
-        """Return True if the correction of errors removes most of a step from all joints they turn.
+        """Return True if correcting errors removes most of a step from all joints that they rotate.
 
         `jump` is True for a jump and False for a spike.
         """
@@ -306,9 +309,9 @@ def _interval(
 
 
 def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Convert a step to frame numbers of the clip with its held frames.
+    """Convert a step from frame numbers without held frames to frame numbers in the clip.
 
-    If `jump` is True, held frames after the jump are left out, as for a lone jump.
+    If `jump` is True, held frames after the jump are excluded, as for a lone jump.
     """
     start, stop = _frames_in_clip(step.start, step.stop, held)
     if jump and held is not None:
@@ -317,7 +320,7 @@ def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -
 
 
 def _frames_in_clip(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Convert frames [start, stop) of a clip without held frames to frame numbers of the clip."""
+    """Convert frames [start, stop) from numbers without held frames to numbers in the clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -328,10 +331,10 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed, keyed by joint.
+    """Return the chain under which each joint is listed, keyed by joint.
 
-    A joint outside all chains is listed with the nearest chain of the same person. Joints that are
-    not connected to any chain are left out.
+    A joint outside all chains is listed under the nearest chain of the same person. Joints that are
+    not connected to any chain are omitted.
     """
     people = find_people(skeleton)
     owner: dict[int, Chain] = {}

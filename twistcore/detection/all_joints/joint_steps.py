@@ -1,9 +1,9 @@
 """Find spikes and jumps of joints about any axis.
 
-In a *spike*, the rotation of a joint leaves its path for one or a few frames and comes back. The
-path is interpolated between the frame before and the frame after the spike. A *jump* is a single
-step between calm frames. Spikes and jumps are compared with the motion of the same joint over as
-many frames nearby, so that fast motion is not mistaken for either.
+In a *spike*, the rotation of a joint leaves its path for one or a few frames and then returns. The
+path is interpolated between the frame before and the frame after the spike. A *jump* is a large
+rotation from one frame to the next between calm frames. Spikes and jumps are compared with the
+motion of the same joint over as many frames nearby, so that fast motion is not mistaken for either.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _SLOW = 45.0  # below this frame rate, one frame is weak evidence
 # The smallest spike and jump in degrees: in general, at a low frame rate, for toes and fingers.
 SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-# The joint comes back after a spike if the rotations before and after it differ by at most the
-# share _BACK of the spike. It hardly comes back if they differ by at most the share _NEARLY.
+# The joint returns after a spike if the rotations before and after it differ by at most the
+# share _BACK of the spike. It hardly returns if they differ by at most the share _NEARLY.
 _BACK, _NEARLY = 0.4, 1.0
-# Minimum ratio of a spike to the usual departure nearby, and the same if the joint hardly comes
-# back.
+# Minimum ratio of a spike to the usual angle from the path nearby, and the same if the joint hardly
+# returns.
 _TIMES, _CLEARLY = 8.0, 20.0
 _FLOOR = 0.3  # degrees; the usual motion of a joint is assumed to be at least this large
-_CALM = 3.0  # minimum ratio of a jump to the largest turn nearby
+_CALM = 3.0  # minimum ratio of a jump to the largest rotation nearby
 _REACH, _NEAR = 10, 3  # number of frames on either side with which a spike and a jump are compared
 # Relative to each of the _ABOVE joints above, at least this share of a spike or jump must remain.
 _ALONE, _ABOVE = 0.5, 3
@@ -47,7 +47,8 @@ class JointStep:
     Attributes
     ----------
     degrees
-        The angle between the rotation and its path in a spike, or the turn in a jump.
+        In a spike, the angle between the rotation and its interpolated path. In a jump, the angle
+        by which the joint rotates.
     usual
         The usual value of this angle nearby, in degrees.
     """
@@ -61,16 +62,16 @@ class JointStep:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """The smallest spikes and jumps to report.
+    """The minimum sizes of the spikes and jumps to report.
 
     Attributes
     ----------
     spike, jump
-        The smallest spike and the smallest jump of each joint, degrees, shape (joints,).
+        The minimum spike and the minimum jump of each joint, degrees, shape (joints,).
     longest
         The maximum length of a spike, in frames.
     floor
-        The smallest value that is assumed for the usual motion of a joint, in degrees.
+        The minimum value that is assumed for the usual motion of a joint, in degrees.
     """
 
     spike: Array
@@ -89,7 +90,7 @@ class StepLimits:
         fps
             The frame rate.
         small
-            The indices of the joints of toes and fingers, which have higher limits.
+            The indices of the toe and finger joints, which have higher limits.
         angle_step
             The rounding step of the angles in the file, degrees.
         """
@@ -103,7 +104,7 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return the number of frames on either side of a block that are needed to examine its ends."""
+    """Return the number of additional frames on each side that are needed to examine a block."""
     return _REACH + limits.longest + 2
 
 
@@ -119,7 +120,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
     counted
         Mask of the frames in which a spike may begin, shape (frames,).
     limits
-        The smallest spikes to report.
+        The minimum spikes to report.
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -138,7 +139,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the angle of a spike or jump in other rotations, in degrees.
+    """Return the angle of a spike or jump, measured in the given rotations, in degrees.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the spikes of n frames among candidates.
+    """Return the candidates that are spikes of n frames.
 
     `start` and `joint` contain the first frame and the joint of each candidate.
     """
@@ -218,27 +219,27 @@ def _jumps_at(
 
 
 def _least_spike(off: Array, back: Array, usual: Array) -> Array:
-    """Return the smallest departures from the path that count as spikes nearby, in degrees.
+    """Return the minimum angle from the path at which each candidate is a spike, in degrees.
 
-    The limits in :class:`StepLimits` apply as well. `off` contains the departures of candidates,
-    `back` the angles between the rotations before and after them, and `usual` the usual departures
-    nearby.
+    The limits in :class:`StepLimits` apply as well. `off` contains the angles of the candidates
+    from their paths, `back` the angles between the rotations before and after them, and `usual` the
+    usual angles from the path nearby, all in degrees.
     """
     return np.asarray(np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual)
 
 
 def _turns_near(q: Array, start: Index, joint: Index) -> Array:
-    """Return the turns of joints in the frames near n jumps, in degrees, (frames, n)."""
+    """Return the rotations of joints in the frames near n jumps, in degrees, (frames, n)."""
     around = [k for k in range(-_NEAR, _NEAR + 1) if k]
     at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
     return _angle(q[at - 1, joint], q[at, joint])
 
 
 def _least_jump(near: Array, usual: Array) -> Array:
-    """Return the smallest turns that count as jumps nearby, in degrees, (n,).
+    """Return the minimum rotation at which each candidate is a jump, in degrees, (n,).
 
-    The limits in :class:`StepLimits` apply as well. `near` contains the turns in the frames around
-    the candidates, (frames, n), and `usual` their medians.
+    The limits in :class:`StepLimits` apply as well. `near` contains the rotations in the frames
+    around the n candidates, (frames, n), and `usual` their medians, both in degrees.
     """
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
@@ -246,10 +247,11 @@ def _least_jump(near: Array, usual: Array) -> Array:
 def path_curve(
     rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
 ) -> tuple[Array, float]:
-    """Return a joint's angle from its path, (frames,), and the smallest angle of a spike.
+    """Return a joint's angle from its path, (frames,), and the minimum angle that is a spike.
 
-    Both are in degrees. In the frames [start, stop) of a spike, the path connects the frame before
-    the spike to the frame after it. In every other frame, the path spans as many frames around it.
+    Both are in degrees. In the frames [start, stop) of a spike, the path is interpolated from the
+    frame before the spike to the frame after it. In every other frame, the path is interpolated
+    over as many frames around this frame.
     """
     own, frames = rotations[:, joint], len(rotations)
     n = min(stop - start, limits.longest)  # an interval that a person made may have any length
@@ -266,10 +268,9 @@ def path_curve(
 
 
 def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> tuple[Array, float]:
-    """Return the turn of a joint since the previous frame, (frames,), and the smallest jump.
+    """Return the rotation of a joint since the previous frame, (frames,), and the minimum jump.
 
-    Both are in degrees. The smallest jump is the smallest turn that counts as a jump in frame
-    `start`.
+    Both are in degrees. The minimum jump is the smallest rotation in frame `start` that is a jump.
     """
     own, one = rotations[:, joint], np.array([joint])
     turns = np.concatenate([[0.0], _angle(own[:-1], own[1:])])
@@ -281,8 +282,8 @@ def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> 
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
     """Return the rotations of n joints in the coordinate systems of ancestors, (n, 4).
 
-    Each result is the product of the rotations of `levels` ancestors, from the parent on, and of
-    the joint. Above the root, there are no more factors. `t` contains the frame of each joint.
+    Each result is the joint's rotation multiplied by the rotations of the `levels` joints above it.
+    If there are fewer joints above it, all of them are used. `t` contains the frame for each joint.
     """
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
@@ -293,7 +294,7 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return a mask, (frames, joints), of the turns since the previous frame that are large.
+    """Return a mask of the large rotations since the previous frame, (frames, joints).
 
     `least` contains the limit for each joint in degrees, (joints,).
     """
@@ -304,10 +305,11 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """Return the smallest departures of n frames from the path around them, in degrees.
+    """Return the smallest angle of each candidate from its path within n frames, in degrees.
 
-    `of` is a function that returns the rotations of the candidates in given frames, and `start`
-    contains the first frame of each candidate.
+    The path is interpolated from the frame before these n frames to the frame after them. `of` is a
+    function that returns the rotations of the candidates in given frames, and `start` contains the
+    first frame of each candidate.
     """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
@@ -315,7 +317,11 @@ def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
 
 
 def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
-    """Return the median departure from a path over n frames near each candidate, in degrees."""
+    """Return the median angle of joints from their paths over n frames near each candidate.
+
+    The angles are in degrees. `start` and `joint` contain the first frame and the joint of each
+    candidate.
+    """
     ahead = np.arange(-_REACH, -n)[:, None] + start
     behind = np.arange(n + 1, _REACH + 1)[:, None] + start
     last = len(q) - n - 1
@@ -346,7 +352,7 @@ def _angle(a: Array, b: Array) -> Array:
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return spikes sorted by start, without spikes that overlap a larger one of the same joint."""
+    """Sort spikes by start, and omit spikes that overlap a larger spike of the same joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

@@ -50,9 +50,9 @@ TAU_IN_SIGMA = 6.0  # minimum of the automatic τ in σ, so that natural motion 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval with edges that do not depend on τ. It is listed if its strength is at least τ.
+    """An interval whose edges do not depend on τ. It is listed if its strength is at least τ.
 
-    `strength` is in radians. `peak` is the frame in which the strength curve has this value.
+    `strength` is in radians. `peak` is the frame in which the strength curve reaches this value.
     """
 
     interval: Interval
@@ -75,7 +75,7 @@ class ChainAnalysis:
     row
         The row of the chain in `limb`.
     edges
-        The possible edges of the chain.
+        The possible edges of the chain: frames in which an error may begin or end.
     step
         Mask of the frames in which the offset of an interval may change, shape (frames,).
     tables
@@ -116,9 +116,10 @@ class ChainAnalysis:
     def strength(self) -> Array:
         """Return the strength of the chain, which is compared with τ, in radians ≥ 0, (frames,).
 
-        The strength is the counter-rotation |d| in frames with an event, and 0 in all other frames.
-        At the peak of an edge, it is at least the size of the jump. At the peak of a fixed
-        interval, it is at least the strength of the interval.
+        The strength is the magnitude |d| of the counter-rotation in frames in which it is
+        significant (events), and 0 in all other frames. At the peak of an edge, it is at least the
+        size of the jump. At the peak of a fixed interval, it is at least the strength of the
+        interval.
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
@@ -139,9 +140,10 @@ class ChainAnalysis:
     def with_soft(
         self, soft: Sequence[FixedInterval], replaced: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
-        """Return the analysis with additional soft errors.
+        """Return a copy of the analysis with additional soft errors.
 
-        `replaced` contains the frames [low, high) in which they replace all other intervals.
+        `replaced` contains the frames [low, high) in which the soft errors replace all other
+        intervals.
         """
         kept = (s for s in self.fixed if not any(_meet(s.interval, frames) for frames in replaced))
         return replace(self, fixed=(*kept, *soft), replaced=tuple(replaced))
@@ -244,7 +246,7 @@ class ConsistencyAnalysis:
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Return the intervals of a chain at threshold τ in radians, sorted by start.
 
-        Intervals that are judged to be natural motion are left out.
+        Intervals that are judged to be natural motion are omitted.
         """
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
@@ -259,7 +261,7 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Judge an interval: return it with its final confidence, and True if it is natural motion.
+        """Return an interval with its final confidence, and whether it is natural motion.
 
         The evidence can only lower the confidence. For an error of a straight limb, there is hardly
         any evidence except its course over time. Such an error is not judged if both bones rotate
@@ -299,7 +301,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return an interval with its confidence limited by the evidence, and True if it is motion.
+    """Return an interval with its confidence limited by evidence, and whether it is natural motion.
 
     `terms` contains the evidence and `segment` is the segment of the chain. `straight` is True if
     the interval was found as an error of a straight limb.
@@ -312,7 +314,7 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Halve the log odds of a probability below 0.5, because doubts about an interval overlap.
+    """Halve the log odds of a probability below 0.5, because the doubts about an interval overlap.
 
     In a blind test on real captures, two judges regarded a third of the intervals with a
     probability of 0.07 as errors (docs/atlas.md).
@@ -371,7 +373,10 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return the evidence for an edge, keyed by name, as sums over its frames, in degrees."""
+    """Return the evidence for an edge, keyed by name.
+
+    Angles are sums over the frames of the edge, in degrees.
+    """
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

@@ -53,8 +53,8 @@ def analyse_chains(
 ) -> ConsistencyAnalysis | NotatedAnalysis:
     """Analyse chains of a motion, before a threshold τ is chosen.
 
-    `tell` is called with the progress, from 0 to 1. `effort` is the work allowed for the search for
-    soft errors, as a fraction of the usual work.
+    `tell` is called with the progress, from 0 to 1. `effort` limits the work of the search for soft
+    errors, as a fraction of the usual limit.
     """
     tell = tell or nobody
     if (held := without_held(motion)) is not None:
@@ -68,10 +68,10 @@ def analyse_chains(
 def _by_keys(
     motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell, effort: float
 ) -> NotatedAnalysis:
-    """Analyse a clip with linear keys.
+    """Analyse a clip with linear keys, between which joints rotate at constant speed.
 
-    First all frames are searched for jumps. Then only the keys are analysed, without the errors
-    that are clear in the first analysis.
+    First, all frames are searched for jumps, and the clear errors are removed. Then only the keys
+    are analysed.
     """
     fine = _analysed(motion, chains, part(tell, 0.0, 0.5), effort, keys)
     rotations = motion.rotations.copy()
@@ -129,7 +129,7 @@ def _analysed(
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
     """Return the number of joints of each person, keyed by the person's name.
 
-    If no person has a name, the result has only the key '', with the number of all joints.
+    If no person has a name, the only key is '', with the number of all joints.
     """
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
@@ -187,7 +187,7 @@ class _Softened:
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
         """Return the soft errors that must not replace intervals between jumps, keyed by index.
 
-        The value is True if the soft error is left out, because an overlapping interval between
+        The value is True if the soft error is omitted, because an overlapping interval between
         jumps is more certain. The value is False if the soft error is kept, but is judged to be
         natural motion (see :meth:`ConsistencyAnalysis.taken_for_motion`).
         """
@@ -297,7 +297,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the twist increments x and y of a chain, without effects of errors in its neighbours.
+    """Return a chain's twist increments x and y, without the effects of errors in its neighbours.
 
     `jumps` contains the jumps of all chains, and `row` is the row of the chain.
     """
@@ -362,7 +362,7 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, one item for each chain.
+    """Return the jumps of limbs, one item for each chain.
 
     `cut` is the mask of the cuts and of frame 0, shape (frames,), and `segments` is the result of
     :func:`segments_between`. `tell` is called with the progress.
@@ -401,7 +401,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Arrange chains in lines, in which the child of each chain is the parent of the next."""
+    """Arrange chains in lines, so that the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:
@@ -415,7 +415,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines by their number of chains and by whether a bone axis varies over time."""
+    """Group lines of chains by their length and by whether a bone axis varies over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
@@ -423,9 +423,9 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Return the rotations and axes of limbs, with the linear keys of the clip.
+    """Return limbs with the rotations of their joints, their bone axes and the clip's linear keys.
 
-    `lines` contains the chains of each limb, the same number for each.
+    `lines` contains the chains of each limb. All limbs have the same number of chains.
     """
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]

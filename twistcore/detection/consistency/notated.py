@@ -1,6 +1,6 @@
 """The analysis of clips with held frames or linear keys by the consistency detector.
 
-Held frames are left out, so that an error begins in the frame in which it appears. A clip with
+Held frames are removed, so that an error begins in the frame in which it appears. A clip with
 linear keys is analysed twice. First, all frames are searched for errors that jump from one frame to
 the next. Then only the keys are analysed, because the frames in between were not captured. All
 results are converted to the frame numbers of the clip.
@@ -133,7 +133,7 @@ def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
 
 
 def _edge(kept: DistinctFrames, edge: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert the frame numbers of an edge in the evidence to those of the clip.
+    """Convert the frame numbers of an edge in the evidence to frame numbers of the clip.
 
     The edge ends at the first examined frame that shows the full change.
     """

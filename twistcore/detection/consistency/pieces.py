@@ -30,7 +30,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 
 
 def shows_in_twist(twist: Array, interval: Interval) -> bool:
-    """Return True if θp contains at least half of the steps of an interval's offset.
+    """Return True if the twist θp shows at least half of the changes of an interval's offset.
 
     `twist` is the result of :func:`own_twist`.
     """

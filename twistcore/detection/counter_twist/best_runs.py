@@ -13,8 +13,9 @@ SAME = 1e-9  # nats; smaller differences are ignored
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
     """Return the indices of the runs of chains with the highest total gain in each frame.
 
-    No joint may belong to two chosen runs. Of several runs with equal gain, the shortest is chosen,
-    and of equally short runs the one nearer to the tip of the limb.
+    A run is a series of neighbouring chains that all have an error. No joint may belong to two
+    chosen runs. Among several runs with equal gain, the shortest is chosen, and among equally short
+    runs the one nearer to the tip of the limb.
 
     Parameters
     ----------
@@ -25,8 +26,7 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
     gain
         The gain of each run in nats, shape (runs,).
     lone
-        In a frame without a run that gains more than 0, the best run is chosen if it gains more
-        than −lone.
+        If no run in a frame has a gain above 0, the best run is chosen if its gain exceeds −lone.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]

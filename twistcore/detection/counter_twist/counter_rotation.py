@@ -27,7 +27,7 @@ SIGNIFICANT = 4.0  # minimum |d| in σ; natural motion exceeds it in about 1 % o
 # plus this multiple of the σ of rx + ry.
 AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0
 LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # in σ; a frame with such a jump of one signal is not good
-# The limit for |d| in the first round. It is better to leave out too many frames there: a clean
+# The limit for |d| in the first round. It is better to exclude too many frames there: a clean
 # frame is used again in the next round, but a ramp that is mistaken for motion increases σ until no
 # frame next to it is significant. On half of the CMU clips, the change from 4 to 3 raised the
 # success rate from 90.1 to 97.5 % for ramps of 4 frames at 30 Hz, and from 82.2 to 88.3 % for
@@ -143,7 +143,7 @@ class _Rounds:
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and their scales in the next round, both (2, chains, frames).
+        """Return the residuals and scales of the next round, both (2, chains, frames).
 
         `good` is the mask of the good frames, (chains, frames), and `turn` is the number of the
         round.
@@ -174,7 +174,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales in a clip with linear keys.
+        """Return the residuals and scales in a clip with linear keys, both (2, chains, frames).
 
         The predictions assume that the pace of natural motion is constant between two keys.
         """
@@ -187,7 +187,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales for given predictions and scales, (2, chains, frames).
+        """Return the residuals of predictions, and their scales, both (2, chains, frames).
 
         From the second round on, the effects of errors in neighbouring chains are removed.
         """
@@ -197,10 +197,10 @@ class _Rounds:
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal by the errors in its good frames.
+        """Choose cubic or linear prediction for each signal by the errors of both in good frames.
 
-        `root_cubic` and `root_linear` are the roots of the absolute errors in the irregular frames,
-        which have the flat indices `at`.
+        `root_cubic` and `root_linear` are the square roots of the absolute errors in the irregular
+        frames, which have the flat indices `at`.
         """
         weight = good.astype(np.float64)
         fits = []
@@ -292,10 +292,10 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return the first mask of the good frames, (chains, frames), which excludes doubtful frames.
+    """Return the initial mask of the good frames, (chains, frames), which excludes doubtful frames.
 
     `signals` contains the captured increments, (2, chains, frames), `live` is the mask of the
-    frames to use, and `half` is half the window for the local scale in frames.
+    frames to use, and `half` is half the window for the local scale, in frames.
     """
     good = live.copy()
     residual = root = signals

@@ -66,8 +66,8 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 class _Line:
     """The signals of limbs in m frames, sorted by joint instead of by chain.
 
-    For each joint, these are x of the chain below and y of the chain above. A joint at an end
-    belongs to only one chain; the residual of the missing chain is 0.
+    For each joint, the signals are x of the chain below and y of the chain above. A joint at an end
+    belongs to only one chain. The residual of the missing chain is 0.
 
     Attributes
     ----------
@@ -98,9 +98,9 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 
 
 def _by_joint(values: Array, beyond: float) -> Array:
-    """Convert values for x and y of chains, (2, n, m), to values of joints, (2, n + 1, m).
+    """Arrange values for x and y of chains, (2, n, m), by joint, (2, n + 1, m).
 
-    `beyond` is the value for the missing chains at the ends.
+    `beyond` is the value for the missing chains at both ends of the limb.
     """
     out = np.empty((2, values.shape[1] + 1, values.shape[2]))
     out[0, :-1], out[1, 1:] = values
@@ -109,9 +109,10 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of the residuals of each joint in nats, (2, joints, …) → (joints, …).
+    """Return the total cost of each joint's residuals, in nats, (joints, …).
 
-    `rarer` is the additional cost of a lone jump.
+    `residual`, `sigma` and `rarer` have the shape (2, joints, …). `rarer` is the additional cost of
+    a lone jump.
     """
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
@@ -121,7 +122,10 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the twist increments of joints without effects of errors, radians, (2, n + 1, m)."""
+    """Return the twist increments of joints without the effects of errors, in radians.
+
+    The shape is (2, n + 1, m).
+    """
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
     # A run that is chosen together with others must gain more than 0. The only run of a frame must
@@ -157,11 +161,11 @@ def _explained(line: _Line) -> Array:
 
 
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
-    """Find the errors in runs of `length` chains. Return the joints' increments and the costs.
+    """Find the errors in runs of `length` neighbouring chains that all have an error.
 
-    `first` contains the first chain and `frame` the frame of each run, shape (runs,). The
-    increments, without the effects of the errors, have the shape (2, length + 1, runs), and the
-    costs of the residuals have the shape (runs,).
+    Return the joints' twist increments without the effects of the errors, (2, length + 1, runs),
+    and the costs of the remaining residuals, (runs,). `first` contains the first chain and `frame`
+    the frame of each run, shape (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer
@@ -177,14 +181,15 @@ def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array
 
 @dataclass(frozen=True, eq=False)
 class _Runs:
-    """Runs of chains with an error, each at one frame.
+    """Runs of neighbouring chains that all have an error, each in one frame.
 
     Attributes
     ----------
     captured, predicted, sigma, rarer
         The values of :class:`_Line` for the joints of each run, shape (2, length + 1, runs).
     down, up
-        Functions for the effect of a chain's error on x of the next and y of the previous chain.
+        Functions that return the effect of a chain's error on x of the next chain and on y of the
+        previous chain.
     """
 
     down: Image
@@ -195,7 +200,7 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the effects of the errors, and the costs of the residuals.
+        """Return the twist increments without the effects of errors, and the costs of residuals.
 
         The costs have the shape (runs,). The iteration begins at the tip of the limb if `tip_first`
         is True, and at its root if it is False.

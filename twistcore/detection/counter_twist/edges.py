@@ -39,7 +39,7 @@ class Edges:
     gain
         The log-likelihood ratio of an error over natural motion, in nats.
     primary
-        True for the best interpretation of the frames. Inside an interval, only such edges count.
+        True for the best interpretation of the frames. Only these edges count inside an interval.
     """
 
     start: Index
@@ -61,8 +61,8 @@ class Edges:
 def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     """Return all possible edges of a chain, and a mask of its steps, (frames,).
 
-    Steps are the frames in which the offset of an interval may change. `chain` is the row of the
-    chain in the counter-rotation.
+    Edges are short runs of frames in which an error may begin or end. Steps are the frames in which
+    the offset of an interval may change. `chain` is the row of the chain in the counter-rotation.
     """
     d, event = counter.d[chain], counter.event[chain]
     size = np.abs(d)
@@ -92,7 +92,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of frames in which the sign of d and the kind are equal, (n, 2).
+    """Return runs [start, stop) of frames in which the sign of d and `kind` are constant, (n, 2).
 
     `at` contains the frames to examine, `kind` is a mask and `d` is the counter-rotation, both
     (frames,). A run has at most LONGEST frames.
@@ -109,7 +109,7 @@ def _runs(at: Index, kind: Mask, d: Array) -> Index:
 
 
 def _peaks(size: Array, bounds: Index) -> Index:
-    """Return the frame with the largest size in each run, the first one if several are equal.
+    """Return the frame with the largest size in each run, or the first of several equal ones.
 
     `size` has the shape (frames,), and `bounds` contains the runs [start, stop), shape (runs, 2).
     """

@@ -80,7 +80,7 @@ def offsets_of(
 def _measured_at_parent(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Measure the size of an error at the jumps of the parent alone, and return the error.
+    """Return an error with its size measured at the jumps of the parent alone.
 
     The error is returned unchanged unless the child clearly rotates back by only a part of it.
     """

@@ -88,7 +88,7 @@ class Pair(NamedTuple):
 class Block:
     """A block of the table of gains, with n stored pairs.
 
-    Each row is for a closing edge and each column for an opening edge. Only gains above 0 are
+    Rows correspond to closing edges, and columns to opening edges. Only gains above 0 are
     stored, since there are few.
 
     Attributes
@@ -96,9 +96,9 @@ class Block:
     first_row, first_column
         The indices of the first closing edge and of the first opening edge.
     shape
-        The numbers of rows and columns.
+        The number of rows and the number of columns.
     at
-        The flat positions of the stored pairs, ascending, shape (n,).
+        The flat indices of the stored pairs, ascending, shape (n,).
     gains
         The gains of these pairs in nats, shape (n,).
     kinds
@@ -114,7 +114,7 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """Return the block for given gains and values of `follows`, both (rows, columns)."""
+        """Create a block from gains and values of `follows`, both (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
@@ -144,7 +144,7 @@ class PairTable:
     blocks: tuple[Block, ...]
 
     def partners(self, edge: int) -> dict[int, float]:
-        """Return the gains of all pairs with a given edge, keyed by the index of the other edge."""
+        """Return the gains of all pairs that include an edge, keyed by the other edge's index."""
         found: dict[int, float] = {}
         for block in self.blocks:
             row, column = edge - block.first_row, edge - block.first_column
@@ -237,9 +237,10 @@ _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Return the gains from closing: the log-likelihood ratios of errors over unrelated jumps.
+    """Return the log-likelihood ratios of jumps that belong to one error over unrelated jumps.
 
-    `residual` contains the sums of the jumps in radians, and `variance` their variances.
+    `residual` contains the sums of the jumps in radians, which are near 0 for an error, and
+    `variance` their variances.
     """
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
@@ -293,9 +294,9 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     """Return the gains of intervals between one edge and the start or the end of the segment.
 
-    The first array is for the start, and the second for the end. Both have the shape (n,) for n
-    edges. The gain is −inf for an interval that is long or not much shorter than the rest of the
-    segment.
+    The first array contains the gains for the start, and the second for the end. Both have the
+    shape (n,) for n edges. The gain is −inf for an interval that is long or not much shorter than
+    the rest of the segment.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -317,15 +318,15 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the maximum length in frames of a corrected interval with only one edge."""
+    """Return the maximum length of an interval with one edge that is corrected, in frames."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
     """Return, for each selected closing edge, the pairs that may be chosen.
 
-    A pair is left out if a shorter pair with the same closing edge has the same or a higher gain. A
-    pair is also left out if it covers nearly the whole segment, or if it covers most of the segment
+    A pair is omitted if a shorter pair with the same closing edge has the same or a higher gain. A
+    pair is also omitted if it covers nearly the whole segment, or if it covers most of the segment
     while two errors at the ends of the segment gain more.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Estimate the probability that the correction of a counter-twist is right from all evidence."""
+"""Estimate from all evidence the probability that the correction of a counter-twist is right."""
 
 from twistcore.detection.evidence.chain_signals import ChainSignals
 from twistcore.detection.evidence.judgement import Judgement, judgement_of, unanswered

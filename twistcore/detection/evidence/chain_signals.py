@@ -99,17 +99,17 @@ class ChainSignals:
 
     @property
     def x(self) -> Array:
-        """The twist of P about its bone since the previous frame, in degrees, (frames,)."""
+        """The twist of the parent P about its bone since the previous frame, degrees, (frames,)."""
         return self._turns[0]
 
     @property
     def y(self) -> Array:
-        """The twist of C about P's bone since the previous frame, in degrees, (frames,)."""
+        """The twist of the child C about P's bone since the previous frame, degrees, (frames,)."""
         return self._turns[1]
 
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
-        """The bend and the azimuth of C's bone, in degrees, each (frames,)."""
+        """The bend and the azimuth of the child's bone, in degrees, each (frames,)."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -121,19 +121,25 @@ class ChainSignals:
 
     @property
     def azimuth_zero(self) -> Array:
-        """The direction of azimuth 0 in the first frame, perpendicular to P's bone, (3,)."""
+        """The direction of azimuth 0 in frame 0, perpendicular to the parent's bone, (3,)."""
         axis = np.atleast_2d(self.axis)[0]
         across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
 
     @property
     def bend(self) -> Array:
-        """The angle between P's bone and C's bone in degrees, 0 for a straight limb, (frames,)."""
+        """The angle between the parent's bone and the child's bone, in degrees, (frames,).
+
+        The angle is 0 for a straight limb.
+        """
         return self._sides[0]
 
     @property
     def azimuth(self) -> Array:
-        """The azimuth θc of C's bone about P's bone, (−180, 180] [Choi26 Eq. 6-7], (frames,)."""
+        """The azimuth θc of the child's bone about the parent's bone [Choi26 Eq. 6-7], (frames,).
+
+        The azimuth is in degrees, in (−180, 180].
+        """
         return self._sides[1]
 
     @cached_property
@@ -143,9 +149,9 @@ class ChainSignals:
 
     @property
     def unrolled(self) -> Array:
-        """The rotations of C without its roll about its own bone, (frames, 4).
+        """The rotations of the child C without its roll about its own bone, (frames, 4).
 
-        They rotate P's bone axis to the direction of C's bone.
+        They rotate the parent's bone axis to the direction of C's bone.
         """
         axis = np.atleast_2d(self.axis)[0]
         bend = quaternion_from_axis_angle(np.cross(axis, self.azimuth_zero), np.radians(self.bend))
@@ -154,10 +160,10 @@ class ChainSignals:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The roll of C about its own bone since the previous frame, in degrees, (frames,).
+        """The roll of the child C about its own bone since the previous frame, degrees, (frames,).
 
-        P's bone axis must be constant. :attr:`y` is the change of the azimuth plus this roll times
-        the cosine of the bend.
+        The parent's bone axis must be constant. :attr:`y` is the change of the azimuth plus this
+        roll times the cosine of the bend.
         """
         rolled = multiply(conjugate(self.unrolled), self.q_child)
         return np.degrees(twist_increments(self.q_parent, rolled, self.axis)[1])
@@ -175,8 +181,8 @@ class ChainSignals:
     def together(self, low: int, high: int) -> Array:
         """Return the combined rotations of P and C since the previous frame, in [low, high).
 
-        They are rotation vectors in degrees, (high - low, 3), and 0 in the first of these frames. A
-        twist error does not change them.
+        P is the parent and C the child. The results are rotation vectors in degrees, (high - low,
+        3), and 0 in the first of these frames. A twist error does not change them.
         """
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 

@@ -172,7 +172,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
-    """Return the doubt for a term as a clause, or '' for a term without words."""
+    """Return the doubt that a term expresses, as a clause, or '' for a term without words."""
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":

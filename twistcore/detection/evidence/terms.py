@@ -193,12 +193,15 @@ class Background:
 
     @cached_property
     def side(self) -> Side | None:
-        """The usual side to which C's bone bends, or None if it is unknown."""
+        """The side to which the child's bone usually bends, or None if it is unknown."""
         return usual_side(self.chain, self.busy)
 
     @cached_property
     def spread(self) -> float:
-        """The usual angle between C's bone and its usual side, in degrees, or NaN if unknown."""
+        """The usual angle between the child's bone and its usual side, in degrees.
+
+        NaN if the usual side is unknown.
+        """
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -244,7 +247,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return the opposite rotations of P and C over `width` frames, outside errors."""
+        """Return the opposite rotations of parent and child over `width` frames, outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -288,7 +291,7 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """The opposite rotations of P and C over a fixed number of frames.
+    """The opposite rotations of the parent P and the child C over a fixed number of frames.
 
     Attributes
     ----------
@@ -312,7 +315,7 @@ def reach_at(fps: float) -> int:
 
 
 class _Measured:
-    """The measurements of one error, from which its evidence is computed."""
+    """The measurements of one possible error, from which the evidence about it is computed."""
 
     def __init__(self, background: Background, error: SuspectedError) -> None:
         self.background, self.chain, self.error = background, background.chain, error
@@ -399,8 +402,8 @@ class _Measured:
     def _for(self, name: str, edge: Edge, expected: float) -> float:
         """Return the log-likelihood ratio of an expected change at an edge over no change, in nats.
 
-        `name` is the name of the signal, and `expected` is the change that the error causes, in
-        degrees.
+        `name` is the name of the signal, and `expected` is the change that the error would cause,
+        in degrees.
         """
         c = self.chain
         turns: Array = getattr(c, name)
@@ -430,7 +433,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return how much rougher the correction makes the azimuth at the edges, in nats."""
+        """Return how much rougher the azimuth at the edges becomes with the correction, in nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -489,12 +492,12 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The side to which C's bone usually bends.
+    """The side to which the child's bone usually bends.
 
     Attributes
     ----------
     off
-        The azimuth of C's bone relative to this side, degrees, shape (frames,).
+        The azimuth of the child's bone relative to this side, degrees, shape (frames,).
     furthest
         The 95 % quantile of the magnitude of `off` in the bent limb.
     exact
@@ -507,9 +510,9 @@ class Side:
 
 
 def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
-    """Return the side to which C's bone usually bends, or None if it is unknown.
+    """Return the side to which the child's bone usually bends, or None if it is unknown.
 
-    `chain` contains the signals of the chain, and `busy` is the mask of the frames to leave out,
+    `chain` contains the signals of the chain, and `busy` is the mask of the frames to exclude,
     shape (frames,).
     """
     if not chain.hinged:
@@ -528,7 +531,7 @@ def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
 
 
 def robust_scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)² of residuals r, a scale on which a few outliers have little effect.
+    """Return 1.48 (mean √|r|)² of residuals r, a scale that is robust to a few outliers.
 
     The result is at least `least`.
     """

@@ -1,7 +1,7 @@
 """Find limb flips, in which a limb rotates about the line from its first joint to its end.
 
-For example, a knee is suddenly on the wrong side of the leg, and some frames later it is back on
-the right side. Meanwhile, the ankle does not move.
+For example, a knee is suddenly on the wrong side of the leg, and some frames later it is on the
+right side again. Meanwhile, the ankle does not move.
 """
 
 from twistcore.detection.limb_flips.flips import LimbFlipAnalysis, LimbFlips, analyse_limbs

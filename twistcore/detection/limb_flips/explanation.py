@@ -1,10 +1,11 @@
 """Explain the jumps of a limb by runs of frames in which the limb is flipped, at the lowest cost.
 
-Each sharp jump is an edge of a run, or is inside a run and changes its offset, or remains
-unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
-its edges. The cost is lower if the distribution of the swivel angle in the clip indicates that the
-limb belongs on the other side. Costs are logarithms of odds, so a difference of costs shows how
-certain an explanation is.
+A jump is a sudden rotation of the limb about the line from its first joint to its end. Each sharp
+jump is an edge of a run, or is inside a run and changes its offset, or remains unexplained at a
+cost. The cost of a run grows with its length and with the angle that remains after its edges. The
+cost is lower if the distribution of the swivel angle in the clip indicates that the limb belongs on
+the other side. Costs are log odds, so a difference between costs shows how certain an explanation
+is.
 """
 
 from __future__ import annotations
@@ -59,15 +60,15 @@ class Run:
     offset
         The angle of the flip in each frame, radians, shape (frames,).
     first, last
-        The jumps at the edges of the run.
+        The sudden rotations at the edges of the run.
     followed
         The jumps inside the run, which the offset follows.
     residual
         The wrapped sum of all these jumps, radians; 0 if the limb returns exactly.
     side
-        The evidence that the limb belongs on the other side, as a logarithm of odds.
+        The evidence that the limb belongs on the other side, as log odds.
     odds
-        The additional cost of the cheapest explanation without this run, a logarithm of odds.
+        The additional cost of the cheapest explanation without this run, as log odds.
     """
 
     start: int
@@ -90,9 +91,9 @@ Density = Callable[[Array], Array]  # function that returns the log density at a
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """A step of an explanation, from its state after `source` jumps to its state after `target`.
+    """A step of an explanation, which explains the jumps with indices [source, target).
 
-    `run` is a run that explains these jumps, or None if the step leaves a jump unexplained.
+    `run` is a flip that explains these jumps, or None if the step leaves a jump unexplained.
     """
 
     source: int
@@ -182,9 +183,9 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all possible steps of an explanation.
+    """Return all possible steps of an explanation: flips, and jumps that are left unexplained.
 
-    The usual side of the limb is estimated outside the runs found so far.
+    The usual side of the limb is estimated from the frames outside the flips in `runs`.
     """
     own = capture.copy()
     for run in runs:
@@ -197,9 +198,9 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function for the log density of a limb's swivel angle.
+    """Return a function that computes the log density of a limb's swivel angle.
 
-    `angle` contains the angles in radians, and `weight` their weights, both (n,).
+    `angle` contains the observed angles in radians, and `weight` their weights, both (n,).
     """
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
@@ -217,9 +218,9 @@ def _log_density(angle: Array, weight: Array) -> Density:
 
 
 def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
-    """Return all possible runs, as steps of an explanation that are sorted by target.
+    """Return all possible flips as steps of an explanation, sorted by target.
 
-    Their costs do not include the evidence about the side of the limb.
+    The costs of the steps do not include the evidence about the side of the limb.
     """
     out = []
     for k, last in enumerate(jumps):
@@ -240,10 +241,10 @@ def _possible_runs(jumps: Sequence[Jump], fps: float) -> list[_Arc]:
 
 
 def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Density) -> list[_Arc]:
-    """Add the evidence that a limb belongs on the other side to the runs and costs of steps.
+    """Add to each step the evidence that the limb belongs on the other side, and return the steps.
 
-    The changed steps are returned. `weight` contains the weight of each frame in the evidence, and
-    `log` is the log density of the swivel angle.
+    The evidence lowers the cost of a step. `weight` contains the weight of each frame in the
+    evidence, and `log` is a function that computes the log density of the swivel angle.
     """
     out, as_is = [], log(angle)
     for first in range(0, len(possible), _BLOCK):  # a jittery clip has very many possible runs
@@ -262,7 +263,7 @@ def _with_sides(possible: Sequence[_Arc], angle: Array, weight: Array, log: Dens
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
-    """Return True if two jumps can be the edges of a run that contains the jumps `inside`."""
+    """Return True if two jumps can be the edges of a flip that contains the jumps `inside`."""
     between = last.start - first.stop
     if not (first.leads or last.leads) or between < 0:
         return False
@@ -272,7 +273,10 @@ def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -
 
 
 def _price(run: Run, fps: float) -> float:
-    """Return the cost of a run, without the evidence about the side of the limb."""
+    """Return the cost of explaining jumps by a run of flipped frames.
+
+    The cost does not include the evidence about the side of the limb.
+    """
     open_by = abs(run.residual)
     return (
         RUN
@@ -294,9 +298,10 @@ def _price_left(jump: Jump) -> float:
 
 
 def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Array, float]:
-    """Return the first frame, the offset and the residual of a run between two jumps.
+    """Return the first frame, the offset and the residual of a flip between two jumps.
 
-    The offset follows the jumps, and the residual is distributed evenly over the frames.
+    The offset changes by each jump in `followed`. The residual, the angle that remains after the
+    flip, is distributed evenly over the frames.
     """
     turns = np.zeros(last.stop - first.start)
     for jump in (first, last, *followed):
@@ -309,7 +314,7 @@ def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Ar
 
 
 def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
-    """Return the runs of the cheapest explanation of all jumps, each with its odds."""
+    """Return the flips in the cheapest explanation of all jumps, with their log odds."""
     cost, best = _costs(arcs, jumps)
     runs = []
     node = jumps
@@ -324,7 +329,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """Return True if two runs share at least half of their frames and so describe one error."""
+    """Return True if two runs share at least half of their frames, so they describe one error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)
@@ -334,7 +339,7 @@ def _alike(one: Run | None, other: Run) -> bool:
 def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
     """Return the lowest cost of explaining all jumps, and the best step into each node.
 
-    Node k is the state after k jumps are explained.
+    Node k is the state after the first k jumps have been explained.
     """
     cost = [0.0] + [math.inf] * jumps
     best: list[_Arc | None] = [None] * (jumps + 1)

@@ -60,8 +60,8 @@ class LimbFlips:
     swivel
         The swivel of the limb.
     departures
-        The rotation of the limb about its line since the previous frame, minus the median of nearby
-        frames, radians, shape (frames,).
+        The rotation of the limb since the previous frame, minus the median of nearby frames,
+        radians, shape (frames,). The rotation is about the line from the first joint to the end.
     capture
         Mask of the frames that are not at a cut or a jump of the whole pose, shape (frames,).
     noisy
@@ -86,20 +86,20 @@ class LimbFlips:
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural magnitude of the departures near given frames, in radians, (n,)."""
+        """Return the natural magnitude of `departures` near given frames, in radians, (n,)."""
         return natural_departures(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return how far the limb's end moves in given frames, beyond its usual movement, (n,).
+        """Return how far the limb's end moves in given frames, minus its usual movement, (n,).
 
-        The usual movement is the median of nearby frames. The result is a fraction of the limb's
+        The usual movement is the median in nearby frames. The result is a fraction of the limb's
         length, at least 0.
         """
         step = self.swivel.step
         return np.maximum(step[frames] - median_around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians, and smaller ones that may be opposite edges.
+        """Return the jumps of at least τ radians, and smaller ones that may be a flip's other edge.
 
         The jumps are sorted by start.
         """
@@ -107,7 +107,7 @@ class LimbFlips:
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
     def why_unexplained(self, jumps: Sequence[Jump], jump: Jump) -> Unexplained:
-        """Return the costs that show why a jump, one of `jumps`, is not an edge of a flip."""
+        """Return the costs that show why `jump`, one of `jumps`, is not an edge of a flip."""
         runs, _ = self._explained(jumps)
         s = self.swivel
         return why_unexplained(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
@@ -121,7 +121,7 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """Return the doubts about the correction of a run, as clauses.
+        """Return the doubts about correcting a flip, as clauses for the user.
 
         A correction is doubtful near noise, or if it makes the path of the middle joint longer or
         rougher.
@@ -137,17 +137,17 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures, in radians, after an offset is removed from the limb.
+        """Return `departures` as they would be without a flip, in radians, (frames,).
 
-        `offset` is in radians. Both have the shape (frames,).
+        `offset` contains the angle of the flip in each frame, in radians, (frames,).
         """
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """Return True if the limb's end rotated with the limb in a flip.
+        """Return True if the limb's end joint rotated with the limb in a flip.
 
-        In this case, rotating the end back makes the jumps at the edges of the flip smaller.
+        In this case, rotating the end joint back makes the jumps at the edges of the flip smaller.
         `start` is the first frame of the flip, and `offset` contains its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
@@ -189,9 +189,10 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return how far a limb's end rotates at both edges of a flip after its removal, in radians.
+    """Return the total rotation of a limb's end at the edges of a flip after its correction.
 
-    `along` is True if the end rotated with the limb and is rotated back with it.
+    The result is in radians. `along` is True if the end rotated with the limb, so that the
+    correction rotates the end back too.
     """
     end = swivel.end
     total = 0.0
@@ -211,7 +212,7 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
     """Return the evidence for a flip, keyed by name.
 
-    Angles are in degrees, and odds are logarithms.
+    Angles are in degrees, and odds are log odds.
     """
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
@@ -254,7 +255,11 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,)."""
+        """Return the strength of a limb, the magnitude of its departures, in radians, (frames,).
+
+        A departure is the limb's rotation since the previous frame minus the median of nearby
+        frames.
+        """
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:

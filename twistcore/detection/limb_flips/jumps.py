@@ -1,7 +1,7 @@
 """Find jumps of a limb: sudden rotations about the line from its first joint to its end.
 
-A sharp jump occurs in one frame, and a soft jump over several frames. The *departure* of a frame is
-the rotation about the line since the previous frame minus the median in nearby frames.
+A sharp jump occurs in one frame, and a soft jump takes several frames. The *departure* in a frame
+is the rotation about the line since the previous frame minus the median of nearby frames.
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ SHARP = float(np.radians(40.0))  # a larger rotation in a frame is not part of a
 
 @dataclass(frozen=True)
 class Jump:
-    """A sudden rotation of a limb about its line in frames [start, stop).
+    """A sudden rotation of a limb in frames [start, stop).
+
+    The limb rotates about the line from its first joint to its end.
 
     Attributes
     ----------
@@ -46,8 +48,8 @@ class Jump:
     sharp
         True for a jump in one frame, False for a jump over several frames.
     leads
-        True if the jump is at least τ and needs an explanation. False if it can only be the other
-        edge of a flip with an edge of at least τ.
+        True if the jump is at least τ and needs an explanation. False if it is smaller and can only
+        be an edge of a flip with another edge of at least τ.
     """
 
     start: int
@@ -65,18 +67,18 @@ class Jump:
 
 
 def departure(turns: Array) -> Array:
-    """Return the departures of a limb: its rotations minus the median of nearby frames, in radians.
+    """Return a limb's departures: its rotations minus the median of nearby frames, in radians.
 
-    `turns` contains the rotations about the limb's line since the previous frame, (frames,). The
-    median excludes the frame itself and frame 0, which has no previous frame.
+    `turns` contains the rotations about the limb's line since the previous frame, in radians,
+    (frames,). The median excludes the frame itself and frame 0, which has no previous frame.
     """
     return wrap(turns - median_around(turns))
 
 
 def median_around(values: Array, frames: Index | slice = slice(None)) -> Array:
-    """Return the median of the values near given frames, by default near every frame.
+    """Return the median of the values near each of the given frames, by default near every frame.
 
-    The median excludes the frame itself and frame 0.
+    The median excludes the given frame itself and frame 0.
     """
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
@@ -98,9 +100,10 @@ def _median(windows: Array) -> Array:
 def natural_departures(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return the natural magnitude of a limb's departures near given frames, in radians, (n,).
 
-    `departures` contains the departures in radians, (frames,), and `height` the distance of the
-    middle joint from the line, as a fraction of the limb's length, (frames,). The smaller this
-    distance is, the more the limb rotates about its line by the same jitter.
+    `departures` contains the departures (see :func:`departure`) in radians, (frames,). `height`
+    contains the distance of the middle joint from the line between the limb's ends, as a fraction
+    of the limb's length, (frames,). The smaller this distance is, the farther the same jitter
+    rotates the limb about the line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -116,10 +119,11 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures that are at least τ radians or unusually large.
+    """Return the jumps in one frame, where a departure is at least τ radians or unusually large.
 
-    `scale_at` and `steps_at` are functions that return the natural magnitude of the departures and
-    the movement of the limb's end at given frames.
+    `departures` contains the departures (see :func:`departure`) in radians, (frames,). `scale_at`
+    and `steps_at` are functions that return the natural magnitude of the departures and the
+    movement of the limb's end at given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))
@@ -133,7 +137,7 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Return the jumps over several frames: fast rotations in one direction that amount to a flip.
+    """Return the jumps over several frames: fast rotations in one direction, as large as a flip.
 
     `turns` contains the rotations in radians, (frames,). `sharp` is the mask of the frames with
     sharp jumps, which cannot be part of a soft jump.

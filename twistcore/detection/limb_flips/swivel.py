@@ -31,7 +31,7 @@ class Swivel:
     angle
         The swivel angle φ: the angle of C about the line, measured from `side`, shape (frames,).
     jump
-        The rotation of the limb about its line since the previous frame, shape (frames,). It is
+        The rotation of the limb about the line since the previous frame, shape (frames,). It is
         defined even if the limb is straight.
     height
         The distance of C from the line, shape (frames,).
@@ -57,7 +57,7 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """Return φ in radians for different positions of C and E, (frames,).
+        """Return the swivel angle φ in radians for different positions of C and E, (frames,).
 
         The positions are in the form that :func:`~twistcore.skeleton.limb.limb_positions` returns.
         """
@@ -110,15 +110,15 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the angle by which a limb rotated about its line since the previous frame, (frames,).
+    """Return how far a limb rotated about its line since the previous frame, radians, (frames,).
 
-    Three measures show this angle: the rotation of P, the rotation of the bone that ends in E, and
-    the position of C. The result is the angle on which the position and at least one rotation
-    agree, because a counter-twist or a spinning bone changes a rotation but does not move a joint.
-    In a straight limb, C's position does not show the angle, so only the two rotations are
-    compared. If the measures disagree, the smallest angle is returned. However, the measures may
-    still agree over two frames, because the rotations and the position changed in different frames.
-    In that case, the angle over two frames is used.
+    The line is from P to E. Three measures show the angle: the rotation of P, the rotation of the
+    bone that ends in E, and the position of C. The result is the angle on which the position and at
+    least one rotation agree, because a counter-twist or a spinning bone changes a rotation but does
+    not move a joint. In a straight limb, C's position does not show the angle, so only the two
+    rotations are compared. If the measures disagree, the smallest angle is returned. However, if
+    the rotations and the position changed in different frames, the measures may agree over two
+    frames. In that case, the angle over two frames is used.
 
     Parameters
     ----------
@@ -147,8 +147,9 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
     """Return how far a limb rotates between pairs of frames, and a mask of the reliable angles.
 
-    Both have the shape (n,), and angles are in radians. `before` and `after` each consist of the
-    parameters of :func:`_jump` for n frames. An angle is reliable if its measures agree.
+    Both results have the shape (n,), and angles are in radians. `before` and `after` each contain
+    the parameters of :func:`_jump` for n frames. An angle is reliable if the different measures of
+    it agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -174,17 +175,18 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the angle by which a bone rotates about the line between frames, in radians, (n,).
+    """Return the angle by which a bone rolls about a line between frames, in radians, (n,).
 
-    `before` and `after` are the rotations of the bone, (n, 4). `way` is the shortest rotation of
-    the line between the frames, which is not part of the angle.
+    `before` and `after` are the rotations of the bone, (n, 4). `line` is the unit vector along the
+    line, and `way` is the shortest rotation of the line between the frames, which is not part of
+    the angle.
     """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
-    """Return the usual direction from the line to the middle joint, (3,).
+    """Return the usual direction from a limb's line to its middle joint, (3,).
 
     The parameters have the same meaning as in :func:`_jump`.
     """
@@ -200,7 +202,7 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return the angles in radians about the line, from the direction `side` to vectors `aside`."""
+    """Return the angles about the line from direction `side` to the vectors `aside`, radians."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 

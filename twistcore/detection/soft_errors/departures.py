@@ -1,9 +1,9 @@
-"""Measure how far a level departs from its natural course, over spans of many lengths.
+"""Measure how far a running sum of twist increments departs from its natural course.
 
-A level is the running sum of twist increments. Its natural course over a span of frames is called a
-bridge: the cubic with the values and slopes of the level at both ends of the span. The departure of
-the level from the bridge is measured at a quarter, a half and three quarters of the span. A twist
-error δ that begins and ends within a span causes a departure of about δ, however gradually it
+The running sum is called a level. Its natural course over a span of frames is called a bridge: the
+cubic with the values and slopes of the level at both ends of the span. The departure of the level
+from the bridge is measured at three *probes*: a quarter, a half and three quarters of the span. A
+twist error δ that begins and ends within a span causes a departure of about δ, however gradually it
 begins. Natural motion departs little, and less over shorter spans.
 """
 
@@ -32,7 +32,9 @@ GRID = 4  # number of spans that begin within the length of a span
 
 @dataclass(frozen=True)
 class SpanGrid:
-    """Overlapping spans of frames, all of the same length. A span's number is called its position.
+    """Overlapping spans of frames, all of the same length.
+
+    The spans are numbered. The number of a span is called its position.
 
     Attributes
     ----------
@@ -50,18 +52,19 @@ class SpanGrid:
 
     @property
     def support(self) -> int:
-        """The number of frames that are needed to compute one departure."""
+        """The number of frames from which the departures over one span are computed."""
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """Return the number of positions in a clip with the given number of frames."""
+        """Return the number of spans in a clip with the given number of frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures of levels from their bridges (natural courses), in radians.
+        """Return the departures of levels (running sums) from their natural courses, in radians.
 
-        `level` has the shape (…, frames), and the result has the shape (probes, …, positions). A
-        departure at position j is computed from frames that begin with frame j·step.
+        `level` has the shape (…, frames), and the result has the shape (probes, …, positions). The
+        departures over the span at position j are computed from frames that begin with frame
+        j·step.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -81,17 +84,20 @@ class SpanGrid:
         return out
 
     def noise(self) -> Array:
-        """Return the standard deviation of the departures of white noise with σ = 1, (probes,)."""
+        """Return the standard deviation at each probe of the departures of white noise with σ = 1.
+
+        The shape is (probes,).
+        """
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames from which departures are computed, and the weights of these frames.
+        """Return the frames and weights from which the departures over several spans are computed.
 
-        The departures are at `many` positions from position `first` on. The frames,
-        (5, probes, positions), are the frame of the probe and the four frames that define the
-        bridge. The weights of these four frames have the shape (4, probes).
+        These are `many` spans, beginning with position `first`. The frames, (5, probes, positions),
+        are the frame of the probe and the four frames that define the bridge. The weights of these
+        four frames have the shape (4, probes).
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -102,7 +108,7 @@ class SpanGrid:
 
 
 def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:
-    """Return the spans of all lengths that fit at least twice into a clip of `frames` frames."""
+    """Return the spans of each length that fits at least twice into a clip of `frames` frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
     found = (SpanGrid(n, max(1, n // GRID), reach) for n in lengths)
@@ -111,11 +117,12 @@ def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of four frames, with which a bridge is computed at a fraction of a span.
+    """Return the weights of four frames in the value of a bridge (a Hermite cubic over a span).
 
     The frames are `reach` frames before the first frame of the span, its first frame, its last
-    frame, and `reach` frames after the last. They define the values and slopes of the Hermite cubic
-    at both ends. `at` is the fraction, 0…1, and `length` is the length of the span.
+    frame, and `reach` frames after the last. They define the values and slopes of the cubic at both
+    ends. The cubic is evaluated at the fraction `at` of the span, 0…1, and `length` is the length
+    of the span in frames.
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)
@@ -124,10 +131,10 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridges(level: Array, ranges: Index, inner: slice, reach: int) -> Array:
-    """Return the natural courses of levels over frame ranges, one range for each level.
+    """Return the natural courses of levels (running sums) over one frame range each.
 
-    Each course is the Hermite cubic through the level one frame before and one frame after its
-    range. The slope on each side is measured over `reach` frames, or over fewer if there are fewer.
+    Each course is the Hermite cubic through the level one frame before and one frame after the
+    range. The slope on each side is measured over `reach` frames, or fewer near the ends.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""Explain an unnaturally large departure in a chain by a soft error.
+"""Explain a chain's unnaturally large departure from its natural course by a soft error.
 
-The soft error is either a *free offset* or a *softened level* (see `softened_level`). If a free
-offset is removed, u (see `natural_scale`) follows its bridge exactly.
+The soft error is either a *free offset* or a *softened level* (see `softened_level`). A free offset
+is chosen so that its removal makes u (see `natural_scale`) follow its bridge, the natural course,
+exactly.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ HOLE = 3  # maximum number of successive frames below the threshold within an er
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which ends are moved, by round
-# The likeliest levels near a seed are fitted. They are chosen from levels of these lengths,
+# The most likely levels near a seed are fitted. They are chosen from levels of these lengths,
 # positions and onsets, relative to the length of the seed. To compare the levels, only spans that
 # are longer than AS_LONG times the seed are used, because short spans are misleading if the ends of
 # a level are off by a frame. One level is chosen for each factor WIDENED on the scales.
@@ -79,18 +80,18 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 
 @dataclass(frozen=True)
 class Seed:
-    """A span with an unnaturally large departure, from which a search begins.
+    """A span of frames with an unnaturally large departure, at which a search begins.
 
     Attributes
     ----------
     gain
-        The gain of the span's departures over natural motion, in nats.
+        The cost in nats of the span's departures as natural motion, which an error could save.
     row
         The row of the chain.
     at
         The index of the span length in `Surprise.at`.
     position
-        The position of the span, the number of steps from the start of the clip.
+        The position (number) of the span in its :class:`SpanGrid`.
     middle
         The middle frame of the span.
     length
@@ -106,10 +107,10 @@ class Seed:
 
 
 class Explanations:
-    """The possible explanations of a seed, each of which is evaluated only once.
+    """The possible explanations of a seed (a span with an unnaturally large departure).
 
-    Free offsets over frames around the seed are evaluated immediately, and softened levels on
-    request.
+    Each explanation is evaluated only once. Free offsets over frames around the seed are evaluated
+    immediately, and softened levels on request.
     """
 
     def __init__(self, surprise: Surprise, place: Seed) -> None:
@@ -160,7 +161,7 @@ class Explanations:
         return max(a, 1), min(b, self._surprise.frames - 1)
 
     def _try_free(self, spans: set[Frames]) -> None:
-        """Evaluate free offsets over several frame ranges, and store the cheapest one."""
+        """Evaluate free offsets (of any shape) over frame ranges, and store the best offset."""
         known = self._known
         inner = {self._within(*p) for p in spans}
         self._judge({p for p in inner if p[0] < p[1]})
@@ -174,7 +175,7 @@ class Explanations:
         self._free = min(known.values(), key=lambda t: t.left)
 
     def _judge(self, some: set[Frames]) -> None:
-        """Evaluate free offsets over frame ranges that have not been evaluated yet."""
+        """Evaluate free offsets (of any shape) over frame ranges that are not yet evaluated."""
         low, high, known = self._low, self._high, self._known
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
@@ -187,9 +188,10 @@ class Explanations:
             known[frames] = Tried(float(left[n]), offsets[n], float(sigmas[n]))
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the softened level with the lowest cost, as a :class:`Tried`.
+        """Fit softened levels, and return the one with the lowest cost as a :class:`Tried`.
 
-        A clear free offset is returned instead if its cost is lower. `ratio` is the largest value
+        A softened level is a constant offset that begins and ends gradually. If the free offset
+        `free` is clear and has a lower cost, it is returned instead. `ratio` is the largest value
         of the free offset, in σ.
         """
         near, place, low = self._departures, self._place, self._low
@@ -209,7 +211,10 @@ class Explanations:
 
 
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
-    """Return the frame ranges [start, stop) of free offsets that may explain a seed."""
+    """Return the frame ranges [start, stop) of free offsets that may explain a seed.
+
+    Free offsets have any shape. A seed is a span with an unnaturally large departure.
+    """
     half = place.length / 2
     windows = []
     for factor in WINDOWS:
@@ -242,10 +247,12 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(near: LocalDepartures, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the likeliest softened levels near a seed, each with a factor that widens the scales.
+    """Return the most likely softened levels near a seed, each with a factor for the scales.
 
-    For each factor, the level that explains the departures best is returned. `length` and `middle`
-    are the length and the middle frame of the seed, counted from the start of the frame range.
+    A softened level is a constant offset that begins and ends gradually. For each factor by which
+    the scales are widened, the level that explains the departures best is returned. `length` and
+    `middle` are the length and the middle frame of the seed, counted from the start of the frame
+    range.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -1,8 +1,9 @@
 """Evaluate many offsets over the same few frames of a chain, by the departures that they explain.
 
-A search evaluates hundreds of offsets over the same frames. For all of them, each departure uses
-the same frames and has the same scale. The frames and scales of all spans are therefore collected
-once, and the departures are computed in one array operation.
+A *departure* is the distance of a running sum of twist increments from its natural course over a
+span of frames. A search evaluates hundreds of offsets over the same frames. For all of them, each
+departure uses the same frames and has the same scale. The frames and scales of all spans are
+therefore collected once, and the departures are computed in one array operation.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ LEAST = np.float32(1e-6)  # smallest departure in scales, so that its derivative
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures over spans of one length that overlap a frame range.
+    """The departures from natural courses over spans of one length that overlap a frame range.
 
     Attributes
     ----------
@@ -48,9 +49,10 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class LocalDepartures:
-    """All departures over n spans that overlap a frame range, sorted by length and position.
+    """The departures from natural courses over n spans that overlap a frame range.
 
-    There are three departures per span, one for each probe. The numbers have single precision,
+    The spans are sorted by length and position. There are three departures per span, one for each
+    probe. The numbers have single precision,
     which is twice as fast and still finer than any scale.
 
     Attributes
@@ -83,7 +85,7 @@ class LocalDepartures:
     lengths: Index
 
     def longer(self, shortest: float) -> LocalDepartures:
-        """Return the departures over spans of at least `shortest` frames only."""
+        """Return a copy with only the departures over spans of at least `shortest` frames."""
         first = int(np.searchsorted(self.lengths, shortest))
         return LocalDepartures(
             self.frames,
@@ -99,8 +101,8 @@ class LocalDepartures:
     def departures(self, courses: Array) -> Single:
         """Return the departures of m offsets from their natural courses, in radians, (m, 3, n).
 
-        `courses` contains the offsets in each frame of the range, radians, shape (m, frames).
-        Outside the range they are 0.
+        `courses` contains the value of each offset in each frame of the range, radians, shape (m,
+        frames). Outside the range, offsets are 0.
         """
         level = np.zeros((len(courses), self.frames + 1), dtype=np.float32)
         level[:, :-1] = courses
@@ -111,10 +113,10 @@ class LocalDepartures:
         return out
 
     def surprise(self, departures: Single, wider: float = 1.0) -> Array:
-        """Return the surprise that is left after each of m offsets is removed, in nats, (m,).
+        """Return the cost of the departures that remain after removing each offset, in nats, (m,).
 
-        `departures` contains the departures of the offsets, shape (m, 3, n). `wider` is the factor
-        by which all scales are multiplied.
+        `departures` contains the departures of the m offsets, shape (m, 3, n). `wider` is the
+        factor by which all scales are multiplied.
         """
         q = (self.u - departures) * (self.per_scale / np.float32(wider))
         q *= q
@@ -122,12 +124,12 @@ class LocalDepartures:
         return np.asarray(costs @ (self.root * self.root).ravel(), dtype=np.float64)
 
     def residuals(self, departures: Single, wider: Array) -> tuple[Single, Single]:
-        """Return the weighted residuals of u after each of m offsets is removed.
+        """Return the weighted residuals after removing each offset, and their derivatives.
 
-        The sum of the squared residuals is the surprise in nats. The second result contains the
-        derivatives of the residuals with respect to the departures. Both have the shape (m, 3 n).
-        `departures` contains the departures of the offsets, shape (m, 3, n), and `wider` the factor
-        by which the scales are multiplied for each offset, (m, 1).
+        The residuals are the departures that remain. The sum of their squares is the surprise
+        (cost) in nats. The derivatives are with respect to the departures. Both results have the
+        shape (m, 3 n). `departures` contains the departures of the m offsets, shape (m, 3, n), and
+        `wider` the factor by which the scales are multiplied for each offset, (m, 1).
         """
         scaled = self.per_scale / wider[..., None].astype(np.float32)
         q = (self.u - departures) * scaled
@@ -147,10 +149,10 @@ class LocalDepartures:
         return left.reshape(len(q), -1), size.reshape(len(q), -1)
 
     def sizes(self, departures: Single, wider: float = 1.0) -> Array:
-        """Return the factors by which m offsets must be multiplied to explain u best, (m,).
+        """Return the factors by which offsets must be multiplied to explain the departures best.
 
-        `departures` contains the departures of these offsets, shape (m, 3, n). `wider` is the
-        factor by which all scales are multiplied.
+        `departures` contains the departures of the m offsets, shape (m, 3, n). `wider` is the
+        factor by which all scales are multiplied. The result has the shape (m,).
         """
         scaled = self.per_scale / np.float32(wider)
         by, of = (
@@ -172,9 +174,9 @@ class LocalDepartures:
 
 
 def _costs(square: Single) -> Single:
-    """Return the costs of departures, in nats, from the squares of q = z / √(ν + 1).
+    """Return the costs of departures as natural motion, in nats, from squared, scaled departures.
 
-    See :func:`natural_scale.cost`.
+    `square` contains the squares of q = z / √(ν + 1). See :func:`natural_scale.cost`.
     """
     costs: Single = np.log1p(square)
     costs *= HALF
@@ -186,7 +188,7 @@ def local_departures(
 ) -> LocalDepartures:
     """Combine the departures over all spans that overlap `frames` frames from frame `low` on.
 
-    `departures` has one item for each length of spans, the shortest first.
+    `departures` contains one item for each span length, the shortest first.
     """
     nodes, weights = [np.zeros((5, len(PROBES), 0), dtype=np.intp)], [np.zeros((4, len(PROBES), 0))]
     for t in departures:

@@ -1,9 +1,9 @@
-"""Measure in a clip how far natural motion departs from the bridges over spans of each length.
+"""Measure how far natural motion in a clip departs from smooth courses over spans of each length.
 
 x and y are the twist increments of a chain's parent P and child C. A twist error does not change
-their sum, so β(x + y), the part of x that is proportional to the sum, is natural. The remainder
-u = x − β(x + y) contains the whole error. If P does not twist naturally, β is 0 and u is x. If C
-does not, β is 1 and u is −y.
+their sum, so β(x + y), the part of x that is proportional to the sum, is natural. The remainder u =
+x − β(x + y) contains the whole error. If P does not twist naturally, β is 0 and u is x. If C does
+not twist naturally, β is 1 and u is −y. The smooth courses are the bridges of `departures`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
 def cost(z: Values, cap: float = CAP) -> Values:
-    """Return the costs in nats of departures of `z` σ, at most `cap`.
+    """Return the costs in nats of departures of `z` σ from the natural course, at most `cap`.
 
     The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
     """
@@ -43,14 +43,14 @@ def cost(z: Values, cap: float = CAP) -> Values:
 
 @dataclass(frozen=True, eq=False)
 class Natural:
-    """The scales of natural departures over spans of one length.
+    """The scales of natural motion's departures over spans of one length.
 
     Attributes
     ----------
     span
         The spans.
     beta
-        β of each chain, shape (chains,).
+        β, the natural share of x + y in x, for each chain, shape (chains,).
     sigma, sigma_sum
         The scales of the departures of u and of x + y, radians, (probes, chains, positions), in
         single precision to save memory.
@@ -62,7 +62,7 @@ class Natural:
     sigma_sum: Single
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Return the departures of u and x + y, given those of x and y.
+        """Return the departures of u = x − β(x + y) and of x + y, given the departures of x and y.
 
         All arrays have the shape (probes, chains, positions).
         """
@@ -70,9 +70,10 @@ class Natural:
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
-        """Return the scales of u for given departures of x + y.
+        """Return the scales of the departures of u, given the departures of x + y, in radians.
 
-        The scales grow with the magnitude of these departures, as in a multivariate t distribution.
+        The scales grow with the magnitude of the given departures, as in a multivariate t
+        distribution.
         """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
@@ -81,7 +82,7 @@ class Natural:
 def natural_scales(
     x: Array, y: Array, fps: float, spans: tuple[SpanGrid, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Measure the scales of natural departures over the spans of each length.
+    """Measure the scales of natural motion's departures over the spans of each length.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def natural_scales(
     spans
         The spans of each length, the shortest first.
     bad
-        Mask of the bad frames, which are left out, shape (chains, frames).
+        Mask of the frames to exclude, because they may contain errors, shape (chains, frames).
     step
         The rounding step of the angles in the file, radians. No scale is smaller than the noise due
         to this rounding.
@@ -145,7 +146,7 @@ def natural_scales(
 
 
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
-    """Return β in 0…1 of each chain, (chains,), which minimises Σ|x − β(x + y)|.
+    """Return for each chain the β in 0…1 that minimises Σ|x − β(x + y)|, (chains,).
 
     `total` contains x + y, and `clean` is the mask of the positions to use. They and `x` have the
     shape (chains, n). The sum of absolute values is used because remaining errors have little
@@ -164,10 +165,10 @@ def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
 
 
 def _scales(values: Array, clean: Mask, window: int) -> Array:
-    """Return σ = 1.48·(mean √|r|)² of values r over the clean positions within ± `window`.
+    """Return the local scales σ = 1.48·(mean √|r|)² of values r.
 
-    `values` and the result have the shape (probes, chains, positions), and `clean` has the shape
-    (chains, positions).
+    Each mean is over the clean positions within ± `window`. `values` and the result have the shape
+    (probes, chains, positions), and `clean` has the shape (chains, positions).
     """
     root = np.sqrt(np.abs(values))
     root *= clean
@@ -180,7 +181,7 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
-    """Return the means of `root` and `clean` within ± `window` positions.
+    """Return the moving averages of `root` and `clean` within ± `window` positions.
 
     At the ends, the means include fewer positions.
     """

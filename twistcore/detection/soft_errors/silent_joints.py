@@ -49,10 +49,10 @@ BESIDE = 8  # minimum number of frames on either side that show P's natural moti
 
 
 def level_if_silent(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the level of a joint relative to its usual level, or None if it is not silent.
+    """Return a joint's accumulated twist relative to its usual value, or None if it is not silent.
 
-    The change of the level across a cut is unknown, so the usual level is determined separately for
-    each part between cuts.
+    The accumulated twist is called the joint's level. Its change across a cut is unknown, so the
+    usual level is determined separately for each segment between cuts.
 
     Parameters
     ----------
@@ -87,12 +87,12 @@ def level_if_silent(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return which joint of each chain is silent, keyed by the row of the chain.
+    """Return which joint of each chain is silent, so that it never twists naturally.
 
-    The value is 1 if the parent is silent, and −1 if the child is. Chains without a silent joint
-    are left out. If a neighbouring chain shares the silent joint, the neighbouring chain must have
-    a silent joint as well. If not, the errors of the two chains cannot be distinguished, and the
-    chain is left out.
+    The keys are the rows of the chains. The value is 1 if the parent is silent, and −1 if the child
+    is. Chains without a silent joint are omitted. If a neighbouring chain shares the silent joint,
+    the neighbouring chain must have a silent joint as well. If not, the errors of the two chains
+    cannot be distinguished, and the chain is omitted.
     """
     many = surprise.limbs.count
     if surprise.limbs.step:  # with rounded angles, every joint appears to be still at times
@@ -117,26 +117,28 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return (side, own increments, increments of the other joint) for both joints of a chain.
+    """Return (side, own increments, other joint's increments) for both joints of a chain.
 
-    `side` is 1 for the parent and −1 for the child.
+    The increments are twist increments in radians, (frames,). `side` is 1 for the parent and −1 for
+    the child.
     """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """Return True if the other joint rotates back whenever a mostly still joint rotates.
+    """Return True if the other joint of a chain rotates back whenever a mostly still joint rotates.
 
-    A joint that was held over gaps in the capture is also mostly still, but the other joint does
-    not rotate back when it moves. `own` and `other` contain the twist increments of both joints.
+    A joint that was held constant over gaps in the capture is also mostly still, but when it moves,
+    the other joint does not rotate back. `own` and `other` contain the twist increments of the
+    mostly still joint and of the other joint.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return the twist error that the silent joint of a chain shows, in radians, (frames,).
+    """Return the twist error that a chain's silent joint shows in each frame, radians, (frames,).
 
     `side` is 1 if the parent is the silent joint, and −1 if the child is. The result is None if
     this joint is not silent.
@@ -150,8 +152,8 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Find and remove the errors that the silent joints of a limb show, one at a time.
 
     `sides` is the result of :func:`silent_sides` for the rows of the limb. If several silent joints
-    twist in the same frames, a single error may be the cause. In that case, the
-    chosen error is the one whose removal leaves the least twist in the silent joints.
+    twist in the same frames, a single error may be the cause. The error whose removal leaves the
+    least twist in the silent joints is therefore removed first.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -182,8 +184,9 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
     """Return the ratio of a parent's rotation to the opposite rotation of its silent child.
 
-    The rotations are measured in frames [start, stop), and the result is 1 if the ratio is unclear.
-    The natural motion of the parent is estimated with a cubic polynomial.
+    The rotations are measured in and around frames [start, stop). A cubic polynomial, which
+    estimates the natural motion of the parent, is removed from them first. The result is 1 if the
+    ratio is unclear.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -203,7 +206,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of the silent joints' rotations that remains after an error is removed."""
+    """Return the fraction of the silent joints' rotations that remains after removing an error."""
     before = _turned(surprise, sides, error)
     _remove(surprise, error)
     left = _turned(surprise, sides, error)
@@ -214,7 +217,7 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Choose among equally good errors by how well the other joint of the chain rotates back.
+    """Choose among equally good errors by how well the chain's other joint rotates back.
 
     If two chains share a silent joint, this joint does not show which of the chains has the error.
     `alike` contains the candidates, including `best`. If no candidate is clearly better, `best` is
@@ -230,10 +233,11 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return how far the other joint fails to rotate back in an error, relative to its rotations.
+    """Return how far a chain's other joint fails to rotate back when its silent joint rotates.
 
-    The result is 0 if its rotations cancel those of the silent joint. `side` is 1 if the parent is
-    the silent joint, and −1 if the child is.
+    The result is relative to the rotations of the other joint. It is 0 if these rotations cancel
+    the rotations of the silent joint. `side` is 1 if the parent is the silent joint, and −1 if the
+    child is.
     """
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
@@ -260,10 +264,11 @@ def _remove(surprise: Surprise, error: SoftError) -> None:
 
 
 def error_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
-    """Return the frame ranges [start, stop) in which the level of a silent joint shows an error.
+    """Return the frame ranges [start, stop) in which a silent joint shows an error.
 
-    `level` is relative to the usual level, in radians. A range ends at a cut. Ranges in short
-    segments between cuts, such as a T-pose at the start, are left out.
+    `level` is the joint's accumulated twist relative to its usual value, in radians, (frames,). A
+    range ends at a cut. Ranges in short segments between cuts, such as a T-pose at the start, are
+    omitted.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

@@ -77,8 +77,8 @@ def marked_if_unsure(
 ) -> SoftError:
     """Return a soft error, marked as unsure if it should not be corrected.
 
-    An error is unsure if only one joint moved, or if the frames outside the error may be the wrong
-    ones.
+    An error is unsure if only one joint moved, or if the frames outside the error may be wrong
+    instead.
 
     Parameters
     ----------
@@ -107,11 +107,12 @@ def marked_if_unsure(
 
 
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
-    """Return True if the other joint rotates back when a silent joint rotates.
+    """Return True if the chain's other joint rotates back when a silent joint rotates.
 
     The rotations are compared in frames [start, stop). If the silent joint was only at rest, the
     other joint does not rotate back. `own` and `other` contain the twist increments of the silent
-    joint and of the other joint. If these do not cancel, the changes of pace are compared.
+    joint and of the other joint. If these increments do not cancel, their changes from frame to
+    frame are compared.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -121,7 +122,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """Return True if both joints rotate in the error, or `if_unclear` if this is uncertain."""
+    """Return True if both joints of the chain rotate in an error, or `if_unclear` if unknown."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

@@ -75,7 +75,7 @@ class Searched:
     found
         The soft errors.
     replaced
-        The known intervals that the soft errors replace.
+        The intervals found before the search that the soft errors replace.
     left
         Mask of the frames that were not searched within the budget, shape (limbs, frames).
     """
@@ -107,8 +107,8 @@ def search(
 ) -> Searched:
     """Search limbs for soft errors.
 
-    The known errors are removed first. Where the remaining motion is unnatural at some time scale,
-    the known errors are restored, and the motion is explained again.
+    The known errors are removed first. Where the remaining motion is unnatural at any time scale,
+    the known errors are restored, and soft errors are searched for instead.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def search(
     known
         The intervals that were found between jumps and in straight limbs.
     budget
-        The work allowed, in the units of `Surprise.work`.
+        The maximum amount of work, in the units of `Surprise.work`.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut, budget)
@@ -209,7 +209,7 @@ def _better(
 ) -> list[SoftError]:
     """Return the soft errors that explain the motion better than known errors in the same frames.
 
-    In each group of overlapping errors of a limb, either all soft errors or all known errors are
+    For each group of overlapping errors of a limb, either all soft errors or all known errors are
     chosen.
     """
     out: list[SoftError] = []
@@ -264,8 +264,8 @@ def _lively_errors(
     surprise
         The limbs.
     bad
-        Mask of the frames in which natural scales are not measured, (rows, frames). The mask is
-        changed in place.
+        Mask of the frames in which natural scales are not measured, (rows, frames). Changed in
+        place.
     lively
         Mask of the rows to search.
 
@@ -314,7 +314,10 @@ def _refresh(surprise: Surprise) -> None:
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Return a mask, (rows, frames), of the frames in spans with an unnaturally large departure."""
+    """Return a mask of the frames in spans with an unnaturally large departure, (rows, frames).
+
+    A departure is the distance from the natural course over a span.
+    """
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -335,7 +338,7 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def unsearched_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return notes about frames that were not searched for soft errors.
+    """Return notes for the user about frames that were not searched for soft errors.
 
     `left` contains the frame ranges [low, high), keyed by chain name. Chains with the same ranges
     share a note.
@@ -369,7 +372,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def soft_confidence(gain: float) -> float:
-    """Return the probability that a correction is right, 0…1, given the gain of a soft error."""
+    """Return the probability that the correction of a soft error is right, 0…1, given its gain."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 

@@ -1,7 +1,7 @@
-"""Search limbs for soft errors: explain the largest departures first.
+"""Search limbs for soft errors: explain the largest departures from natural motion first.
 
-A *seed* is a span with an unnaturally large departure. The error that explains a seed best is
-removed from the limb, and then the next seed is explained.
+A *seed* is a span of frames with an unnaturally large departure from its natural course. The error
+that explains a seed best is removed from the limb, and then the next seed is explained.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ IN_VAIN = 20  # a search ends after this number of successive seeds without an e
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return how unnatural the departures of some rows are, in nats, (rows, positions).
+    """Return the cost of natural motion over each span of one length, in nats, (rows, positions).
 
-    `k` is the index of the length of the spans in `Surprise.at`. The gains of the three probes of a
-    span are added.
+    The cost is the sum of the costs of u's departures from its natural course at the three probes
+    of a span. `k` is the index of the span length in `Surprise.at`, and `rows` contains the rows of
+    the chains.
     """
     a = surprise.at[k]
     u = a.u[:, rows]
@@ -42,7 +43,8 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
     """Explain the seeds of several limbs, strongest first. Return True if all seeds were examined.
 
-    After the work `budget`, in the units of `surprise.work`, no further seed is examined.
+    A seed is a span with an unnaturally large departure. When the work exceeds `budget`, in the
+    units of `surprise.work`, no further seed is examined.
     """
     end = surprise.work + budget
     while True:
@@ -73,17 +75,20 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Recompute the gains and the best seeds of a row, and discard its cached explanations."""
+        """Recompute the gains and the best seeds of a chain, and discard its cached explanations.
+
+        `row` is the row of the chain.
+        """
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
             self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
-        """Return the best seed of a row among the spans of the k-th length, or None.
+        """Return the best seed of a chain among the spans of the k-th length, or None.
 
-        Frames that are marked as done are left out. `near` contains the first and the last frame in
-        which the middle of the span may be, and is None for all frames.
+        Frames that are marked as done are excluded. If `near` is given, the middle of the span must
+        be between these two frames.
         """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
@@ -99,20 +104,23 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb, remove its soft errors from the surprise, and return them."""
+        """Remove all soft errors of the limb from the motion, and return them."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
 
     def next(self) -> Seed | None:
-        """Return the strongest remaining seed, or None if the search is finished."""
+        """Return the strongest remaining seed, or None if the search is finished.
+
+        A seed is a span of frames with an unnaturally large departure.
+        """
         if self._in_vain >= IN_VAIN:
             return None
         seeds = (s for s in self._top.values() if s and s.gain > SEED)
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Find and remove the error that explains a seed.
+        """Find and remove the error that explains a seed, a span with a large departure.
 
         If there is no such error, the frames of the seed are marked as done.
         """
@@ -137,7 +145,7 @@ class Search:
         return self._surprise.work > OVER * self._surprise.budget
 
     def left(self) -> Mask:
-        """Return a mask of the frames that are in unexamined seeds, (frames,)."""
+        """Return a mask of the frames in seeds that have not been examined, (frames,)."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -151,7 +159,7 @@ class Search:
         self._surprise.update_departures(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the error, in a seed's chain or a neighbouring one, that explains the seed best.
+        """Return the error in a seed's chain or a neighbouring one that explains the seed best.
 
         The result is None if no explanation is good enough.
         """
@@ -177,9 +185,9 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return by how much the removal of an error reduces the surprise, in nats.
+        """Return by how much removing an error reduces the surprise (cost) of the motion, in nats.
 
-        The reductions in the chain of the error and in its neighbours are added.
+        The reductions in the error's chain and in its neighbours are added.
         """
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
@@ -191,9 +199,9 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Return the explanation of the shortest seed that leaves no other seed nearby, or None.
+        """Return the error that explains the shortest seed and leaves no other seed nearby.
 
-        If a seed remains after every explanation, for example because of another error nearby, the
+        If every explanation leaves a seed, for example because of another error nearby, the
         explanation with the highest gain relative to the square root of its length is returned. The
         result is None if none of the seeds in `places` has an explanation.
         """

@@ -33,7 +33,7 @@ _STEPS = 1e-3  # relative change of a number for its derivative
 # Maximum number of steps before the scales are narrowed, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
 ROUGHLY = 0.5  # smallest gain of a step while the scales are widened, in nats
-HOPELESS = 5.0  # a fit is given up if it needs more than this many of its last gains to be the best
+HOPELESS = 5.0  # a fit is abandoned if it needs more than this many of its last gains to be best
 NARROWER = 5.0  # factor by which the scales are narrowed
 
 
@@ -57,7 +57,7 @@ class Level(NamedTuple):
 
 
 def ramp(t: Array) -> Array:
-    """Return a transition that rises linearly from 0 at t = −½ to 1 at t = ½."""
+    """Return a linear transition from 0 at t = −½ to 1 at t = ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
@@ -66,7 +66,7 @@ def filtered(t: Array) -> Array:
 
     `t` is in periods of the cut-off frequency. The step has a closed form, because the gain of the
     filter at a frequency f is 1 / (1 + (f / cut-off)⁴). More than FAR periods from the step, the
-    difference from 0 or 1 is below 1e-8 and is left out.
+    difference from 0 or 1 is below 1e-8 and is ignored.
     """
     away = np.abs(t)
     out = np.array(t >= 0.0, dtype=np.float64)
@@ -81,7 +81,11 @@ KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
 def level_courses(levels: Array, kernel: Kernel, frames: int) -> Array:
-    """Return the courses of levels (n, 4) over the given number of frames, radians, (n, frames)."""
+    """Return the values of n softened levels in each frame, in radians, (n, frames).
+
+    `levels` contains the four numbers of each :class:`Level`, shape (n, 4), and `kernel` is the
+    shape of the transitions.
+    """
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
     rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
@@ -89,7 +93,10 @@ def level_courses(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level that resembles an offset, (frames,), or None if the offset is 0 or short."""
+    """Return a softened level that resembles an offset, or None if the offset is 0 or short.
+
+    `offset` is in radians, shape (frames,).
+    """
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -106,16 +113,16 @@ def all_fitted(
     departures: Departures,
     residuals: Residuals,
 ) -> list[tuple[Array, float]]:
-    """Fit a level from each start. Return each course and the sum of its squared residuals.
+    """Fit a softened level from each start. Return its course and the sum of squared residuals.
 
     Each start consists of a level, a kernel and the factor `coarsest`, by which the scales are
-    widened at first. Each course has the shape (frames,).
+    widened at first. A course contains the level's value in each frame, radians, shape (frames,).
 
     The fit uses Levenberg-Marquardt steps, for all starts together. The derivatives of the courses
     with respect to the four numbers are computed numerically. Far from the best course, all
     residuals have their largest value, and no step improves the fit. The scales are therefore
-    widened at first and then narrowed step by step. A fit that is far behind the best one is given
-    up.
+    widened at first and then narrowed step by step. A fit that is far behind the best one is
+    abandoned.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents
@@ -140,7 +147,7 @@ def all_fitted(
 
 
 class _Descent:
-    """The fit of one level, while it is in progress.
+    """The state of fitting one softened level.
 
     `number` contains the four numbers of the level in units of `_AT`.
     """
@@ -152,7 +159,7 @@ class _Descent:
         self._begin()
 
     def _begin(self) -> None:
-        """Begin or restart the fit with the current scales."""
+        """Begin or restart the fit of a level with the current scales."""
         self.left_steps, self.damping = MOST_STEPS, 1e-2
         self.best = self.gained = np.inf
         self.course: Array = np.zeros(self.frames)
@@ -161,10 +168,11 @@ class _Descent:
         self.begun = self.ended = False
 
     def accept(self, number: Array, course: Array, left: float) -> bool:
-        """Accept new numbers if they lower the sum of the squared residuals.
+        """Accept new numbers of the level if they lower the sum of the squared residuals.
 
-        `course` is the course of the level with the new numbers, and `left` is this sum. Return
-        True if the fit continues from the new numbers, so that the derivatives there are needed.
+        `course` is the course of the level with the new numbers, and `left` is the sum. Return True
+        if the fit continues from the new numbers, so that the derivatives at these numbers are
+        needed.
         """
         self.begun = True
         self.left_steps -= 1
@@ -181,7 +189,7 @@ class _Descent:
     def is_done(self) -> bool:
         """Return True if the fit has ended with the original scales.
 
-        If it has ended with widened scales, narrow the scales and restart it.
+        If the fit has ended with widened scales, narrow the scales and restart it.
         """
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
@@ -189,11 +197,14 @@ class _Descent:
         return self.ended
 
     def is_behind(self, leader: float) -> bool:
-        """Return True if the fit will hardly reach `leader`, the best value of all fits."""
+        """Return True if the fit is unlikely to reach `leader`, the best value of all fits."""
         return self.wider <= 1.0 and self.best - leader > HOPELESS * self.gained
 
     def damped(self) -> Array:
-        """Return the damped curvature for the next step, or the identity before the first step."""
+        """Return the damped curvature matrix for the next step.
+
+        Before the first step, the matrix is the identity.
+        """
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()
@@ -202,9 +213,10 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of levels, given by their numbers in units of `_AT`, (n, 4) → (n, frames).
+    """Return the values of softened levels in each frame, in radians, (n, frames).
 
-    `of` contains the fit of each level, which has the kernel.
+    `numbers` contains the four numbers of each level in units of `_AT`, shape (n, 4), and `of`
+    contains the fit of each level, which specifies the kernel.
     """
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
@@ -217,10 +229,10 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 def _measure_slopes(
     of: Sequence[_Descent], departures: Departures, left: Values, changes: Values
 ) -> None:
-    """Compute the derivatives that each fit needs for its next step, by changing each number.
+    """Compute numerically the derivatives that each fit needs for its next step.
 
     `left` contains the residuals of each fit, and `changes` their derivatives with respect to the
-    departures, (n, …).
+    departures, both (n, …). The results are stored in the fits.
     """
     many = len(_AT)
     numbers = np.array([d.number for d in of])

@@ -1,8 +1,8 @@
-"""The twist increments of limbs while errors are removed, and how unnatural they are (surprise).
+"""The twist increments of limbs while errors are removed, and how unlikely they are (surprise).
 
 Twist errors can be removed from the rotations tentatively, which also removes their exact effects
-on neighbouring chains. The surprise of a frame range is the total cost of its departures over spans
-of all suitable lengths, in u (see `natural_scale`) and in x + y.
+on neighbouring chains. The surprise of a frame range is the total cost of the departures from
+natural courses over spans of all suitable lengths, in u (see `natural_scale`) and in x + y.
 """
 
 from __future__ import annotations
@@ -64,12 +64,13 @@ class _AtSpan:
 
 
 class _Grids(NamedTuple):
-    """The scales of spans of all lengths, joined into arrays for :meth:`Surprise.free_offsets`.
+    """The scales of natural motion over spans of all lengths, concatenated into arrays.
 
     Attributes
     ----------
     length, support, step, positions
-        Attributes of the spans, and the number of their positions, shape (lengths,).
+        Attributes of the :class:`SpanGrid` of each length, and its number of positions, shape
+        (lengths,).
     first
         The index in `sigma` of the first position of each length, shape (lengths,).
     beta
@@ -88,7 +89,7 @@ class _Grids(NamedTuple):
 
     @staticmethod
     def of(natural: Sequence[Natural]) -> _Grids:
-        """Combine the scales of all lengths, the shortest first."""
+        """Combine the scales for all span lengths, the shortest first."""
         spans = [n.span for n in natural]
         count = np.array([n.sigma.shape[-1] for n in natural], dtype=np.intp)
         middles = [n.sigma[len(PROBES) // 2] for n in natural]
@@ -104,10 +105,10 @@ class _Grids(NamedTuple):
 
 
 class Surprise:
-    """Limbs from which errors are removed step by step, and their departures.
+    """Limbs from which errors are removed step by step, and their departures from natural motion.
 
-    Each row is a chain. Chain k of limb i is in row k·limbs + i. `budget` is the work allowed for
-    the search, measured in departures to which courses are fitted.
+    Each row is a chain. Chain k of limb i is in row k·limbs + i. `budget` is the maximum amount of
+    work for the search, measured as the number of departures to which courses are fitted.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
@@ -123,7 +124,7 @@ class Surprise:
         self._grids = _Grids.of([])
 
     def neighbours(self, row: int) -> list[int]:
-        """Return a row and the rows of the chains directly above and below it in its limb."""
+        """Return the rows of a chain and of the chains directly above and below it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
@@ -134,7 +135,8 @@ class Surprise:
     def remove_error(self, row: int, start: int, offset: Array) -> None:
         """Remove a twist error from the rotations of a chain, from frame `start` on.
 
-        The increments and departures are not updated; call :meth:`update_departures` for this.
+        The twist increments and departures are not updated. Call :meth:`update_departures` for
+        this.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -144,7 +146,7 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def update_departures(self, row: int, start: int, stop: int) -> None:
-        """Update the increments and departures of a row and its neighbours.
+        """Update the twist increments and departures of a chain and its neighbours.
 
         Call this method after a change in frames [start, stop).
         """
@@ -166,9 +168,9 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Compute all departures, and measure the natural scales outside the bad frames.
+        """Compute all departures, and measure the scales of natural motion outside the bad frames.
 
-        `bad` is the mask of the bad frames, shape (rows, frames).
+        `bad` is the mask of the frames that may contain errors, shape (rows, frames).
         """
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
@@ -185,7 +187,7 @@ class Surprise:
         self._grids = _Grids.of(natural)
 
     def _recompute(self, row: int, low: int, high: int) -> None:
-        """Recompute the departures of a row that use any of the frames [low, high)."""
+        """Recompute the departures of a chain that depend on any of the frames [low, high)."""
         for a in self.at:
             span = a.natural.span
             first, last = self._positions(span, low, high, a.u.shape[-1])
@@ -203,12 +205,15 @@ class Surprise:
 
     @staticmethod
     def _positions(span: SpanGrid, low: int, high: int, count: int) -> tuple[int, int]:
-        """Return the range of positions at which spans overlap the frames [low, high)."""
+        """Return the positions [first, last) at which spans overlap the frames [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
 
     def of(self, row: int, low: int, high: int) -> float:
-        """Return the surprise of a row over the spans that overlap frames [low, high), in nats."""
+        """Return the surprise of a chain over the spans that overlap frames [low, high), in nats.
+
+        The surprise is the total cost of the departures from natural motion.
+        """
         found = 0.0
         for a in self._similar_spans(high - low):
             first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
@@ -219,7 +224,7 @@ class Surprise:
         return found
 
     def local_departures(self, row: int, low: int, frames: int) -> LocalDepartures:
-        """Return the departures of a row over spans that overlap `frames` frames from `low` on."""
+        """Return a chain's departures over spans that overlap `frames` frames from `low` on."""
         overlapping = []
         for a in self._similar_spans(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
@@ -232,10 +237,10 @@ class Surprise:
         return local_departures(low, frames, overlapping)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span near an error after the error is removed, in nats.
+        """Return the highest remaining gain of any span near an error after its removal, in nats.
 
-        Only spans that extend little beyond the error are considered, because there may be another
-        error nearby.
+        The gain of a span is the cost of its departures as natural motion. Only spans that extend
+        little beyond the error are considered, because there may be another error nearby.
         """
         most, stop = 0.0, start + len(offset)
         margin = max(LEAST_AROUND, len(offset) // 2)
@@ -273,14 +278,15 @@ class Surprise:
         )
 
     def free_offsets(self, row: int, ranges: Index, low: int, high: int) -> tuple[Array, Array]:
-        """Return the offsets to remove so that u follows its bridge over frame ranges, and their σ.
+        """Return the offsets whose removal makes u follow its natural course, and their σ.
 
         Parameters
         ----------
         row
             The row of the chain.
         ranges
-            The frame ranges [start, stop), (n, 2), with at least one frame on either side.
+            The frame range [start, stop) of each offset, (n, 2), with at least one frame on either
+            side.
         low, high
             The frames of the result, which contain all ranges.
 
@@ -304,9 +310,10 @@ class Surprise:
         return np.where(inside, level[:, inner] - course, 0.0), sigma
 
     def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:
-        """Return β and σ (see :class:`Natural`) for bridges over n frame ranges, (n, 2).
+        """Return β and σ (see :class:`Natural`) for natural courses over n frame ranges.
 
-        The values, each (n,), are interpolated from spans of similar length.
+        `ranges` has the shape (n, 2). The values, each (n,), are interpolated from spans of similar
+        length.
         """
         starts, stops = ranges.T
         length = np.maximum(stops - starts, 1)

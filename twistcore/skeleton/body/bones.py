@@ -33,7 +33,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
     shape
         The person's skeleton.
     path
-        The limb's joints, from the end back to the trunk.
+        The joints from the limb's hand or foot up to the root.
     segments
         Names of the limb's bones, from the trunk outwards.
     """
@@ -58,9 +58,9 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints at which a bone continues with its next piece.
+    """Return the joints that divide a bone into pieces, such as twist bones in a row.
 
-    `path` lists the limb's joints, from the end back to the trunk.
+    `path` lists the joints from the limb's hand or foot up to the root.
     """
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
@@ -70,7 +70,10 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints below the k-th joint of `path`, except for pieces."""
+        """Return the known roles of the joints between the limb's end and the k-th joint of `path`.
+
+        Joints that divide a bone into pieces are skipped.
+        """
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -91,9 +94,9 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """Return True if a joint's name may mean two bones and no joint below it shows which one.
+    """Return True if a joint's name may mean two bones, and lower joints do not show which one.
 
-    `below` lists the limb's joints below `joint`, from the end upwards.
+    `below` lists the limb's joints below `joint`, beginning with the hand or foot.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -101,7 +104,7 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones of a line of joints, from the trunk to the end of the limb.
+    """Return the bones of a limb, given the line of joints that contains it.
 
     The foot or hand is not included. However, a long foot, such as a horse's, is included if
     `segments` is empty.
@@ -111,7 +114,7 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
     shape
         The person's skeleton.
     joints
-        The line of joints, from the trunk outwards.
+        The line of joints from the trunk outwards. Each joint is the parent of the next.
     segments
         Names of an arm's or a leg's bones. If given, the limb ends with its two longest bones.
     """
@@ -147,8 +150,8 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
 def lower_pair(sums: Sequence[float]) -> int:
     """Return the index of the pair of bones that form the limb, such as thigh and shin.
 
-    `sums` has the total length of each pair of neighbouring bones, starting at the trunk. The
-    longest pair is chosen. Among pairs that are nearly as long, the outermost is chosen, since a
+    `sums` contains the total length of each pair of neighbouring bones, starting at the trunk. The
+    longest pair is chosen. Among pairs that are nearly as long, the outermost is chosen, because a
     collar bone may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

@@ -22,7 +22,7 @@ Path = tuple[list[int], int]
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
     """Return the limbs in which the hand or foot, or a joint above it, has a known name.
 
-    The dict is keyed by (side, kind).
+    The dict is keyed by side and kind, such as ('Left', 'arm').
     """
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
@@ -35,7 +35,7 @@ def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
 def _lines_of(
     shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs along the given paths, keyed by (side, kind)."""
+    """Return the limbs along the given paths of joints, keyed by (side, kind)."""
     trunk: set[int] = set()  # joints above both hands or both feet cannot be a shoulder or thigh
     for kind in BONES:
         both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
@@ -53,7 +53,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """Return True if a joint is a root with several children and its name has no role in a limb."""
+    """Return True if a joint is a root with several children and is not named as a limb joint."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -62,7 +62,7 @@ def _bare_root(shape: Shape, joint: int) -> bool:
 
 
 def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
-    """Return the path from a named hand or foot up to the root, or None if there is none.
+    """Return the joints from a limb's named hand or foot up to the root, or None if neither exists.
 
     If there are several hands or feet, the one below the most named joints is chosen, so that a
     hand in a second hierarchy, such as a control rig, does not replace the real one.
@@ -88,10 +88,10 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path from a hand or foot with an unknown name up to the root, or None.
+    """Return the joints from a hand or foot with an unknown name up to the root, or None.
 
-    The path is found from the named joints above the hand or foot. The result is None if there are
-    none. `taken` contains the joints of other limbs.
+    The hand or foot is found by the named joints of the limb above it. The result is None if no
+    joint except the shoulder has a known name. `taken` contains the joints of other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -138,7 +138,7 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 def _main_child(shape: Shape, joint: int) -> int | None:
     """Return the child with the longest line of joints below it, or None if there is no child.
 
-    Children on the other side of the body are ignored.
+    Children whose names mean the opposite side of the body are ignored.
     """
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]

@@ -17,9 +17,9 @@ _SMALL_LIMB = 0.35  # share of the longest limb bone; a line of shorter bones is
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return the limbs along lines of unnamed joints.
+    """Return the limbs formed by lines of joints without known names.
 
-    Lines of short bones, such as a neck, are left out.
+    Lines of short bones, such as a neck, are omitted.
     """
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
@@ -28,7 +28,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
-    """Return the limb along a line of unnamed joints, or None if it has fewer than two bones."""
+    """Return the limb formed by a line of unnamed joints, or None if it has fewer than 2 bones."""
     bones = bones_by_shape(shape, joints)
     if not bones:
         return None
@@ -54,9 +54,9 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs without known joint names in a body in which other limbs are known.
+    """Find the limbs without known joint names in a body in which other limbs are known.
 
-    Such a limb is opposite a known limb or begins elsewhere on the trunk. The dict is keyed by
+    Such a limb begins on the trunk, either opposite a known limb or elsewhere. The dict is keyed by
     (side, kind).
     """
     found: dict[tuple[str, str], LimbLine] = {}
@@ -100,7 +100,7 @@ def _candidates(
 
 
 def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
-    """Return the joints of the trunk at which the known limbs of a kind begin."""
+    """Return the trunk joints at which the known limbs of the given kind begin."""
     return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
 
 
@@ -118,7 +118,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line of joints, given by names or the rest pose, or '' if unknown."""
+    """Return the side of a line of joints, from names or the rest pose, or '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

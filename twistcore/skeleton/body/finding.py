@@ -46,7 +46,7 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
 
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
-    """Return one person's limbs, and the limbs that were not found."""
+    """Return the limbs of one person, and the arms and legs that were not found."""
     lines = named_lines(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
@@ -75,7 +75,7 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return why a limb was not found, as a clause with unknown names that may belong to the limb.
+    """Return the reason why a limb was not found, as a clause that lists unknown joint names.
 
     `known` contains the joints of the limbs that were found, and all joints above them.
     """

@@ -1,4 +1,4 @@
-"""Offsets between joints, and the smallest offset that has a direction."""
+"""Offsets between joints, and the minimum length of an offset that defines a direction."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's offset from its parent, shape (3,) or (frames, 3) with position channels.
+    """Return a joint's offset from its parent, (3,), or (frames, 3) if it has position channels.
 
     If the position channels are close to zero, they contain only rounding errors or are relative to
     OFFSET. In this case, OFFSET is used instead.
@@ -33,7 +33,7 @@ def bone_offset(motion: Motion, joint: int) -> Array:
 
 
 def shortest_offset(skeleton: Skeleton) -> float:
-    """Return the smallest length of an offset that has a direction, in the file's unit."""
+    """Return the minimum length of an offset that defines a direction, in the file's unit."""
     return _ZERO * skeleton.height
 
 

@@ -73,7 +73,7 @@ class LimbLine:
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb or a part of a limb that has no chain, and the reason why it has none.
+    """A limb or a part of a limb that cannot be analysed, and the reason for this.
 
     Attributes
     ----------

@@ -19,7 +19,7 @@ _FINGERS = 3  # minimum number of lines of joints that begin at a hand or paw
 
 
 class Shape:
-    """Measurements of one person's part of a skeleton, with which the limbs are found.
+    """Measurements of one person's joints, from which the person's limbs are found.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Shape:
         For each joint, its children that belong to the person, its offset (:func:`bone_offset`) and
         the mean length of this offset.
     solid
-        For each joint, True if its offset has a length.
+        For each joint, True if its offset is long enough to have a direction.
     """
 
     def __init__(
@@ -58,12 +58,18 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """Return the possible roles of a joint on a side, most likely first."""
+        """Return the limb joints that a joint's name can mean, such as 'hand', most likely first.
+
+        The result is empty if the name does not mean a joint on the given side.
+        """
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
     def first_role(self, joint: int, side: str) -> str:
-        """Return the most likely role of a joint on a side, or '' if it has none."""
+        """Return the most likely meaning of a joint's name as a limb joint, such as 'hand', or ''.
+
+        The result is '' if the name does not mean a limb joint on the given side.
+        """
         roles = self.roles(joint, side)
         return roles[0] if roles else ""
 
@@ -96,7 +102,7 @@ class Shape:
 
     @cached_property
     def outside_limbs(self) -> list[bool]:
-        """Return a mask of the joints of heads, fingers and props, and of all joints below them."""
+        """Return a mask of the joints of heads, fingers and props, including their descendants."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -104,7 +110,7 @@ class Shape:
 
     @cached_property
     def reach(self) -> list[int]:
-        """Return, for each joint, the number of bones on the longest line below it."""
+        """Return, for each joint, the number of bones on the longest line of joints below it."""
         return self.below[0]
 
     @cached_property
@@ -137,14 +143,14 @@ class Shape:
 
     @cached_property
     def _longest(self) -> float:
-        """Return the length of the longest line of joints."""
+        """Return the length of the person's longest line of joints, in the file's unit."""
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
         """Return the lines of joints that begin below the trunk and contain no joint of `taken`.
 
-        The trunk consists of the joints at which two long lines begin, and of all joints above
-        them.
+        The trunk consists of all joints at which at least two long lines begin, and of the joints
+        above them.
         """
         bones, far, main = self.below
         longest = self._longest
@@ -172,10 +178,10 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return the joint at which a line really ends, if its name means a finger or a prop.
+        """Return the last joint of a line if its name was mistaken for a finger or a prop.
 
-        The line must have two whole bones, and the joint must have children, like a hand. The
-        result contains this joint or is empty.
+        The line must have at least two bones, and the joint must have children, as a hand does. The
+        result is a list of this joint, or empty if there is none.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.outside_limbs[below[0]]:
@@ -185,7 +191,7 @@ class Shape:
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
-        """Return True for a joint at which three or more lines begin, such as a hand or a paw."""
+        """Return True if three or more lines of joints begin at a joint, as at a hand or a paw."""
         lines = (c for c in self.children[joint] if not self.outside_limbs[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 
