@@ -64,7 +64,7 @@ class JointQuality:
     def usual_jitter(self) -> Array:
         """The median jitter of each joint, degrees per frame³, (joints,).
 
-        The jumps at the edges of a twist error do not affect a median.
+        Unlike a mean, the median is not affected by the jumps at the edges of a twist error.
         """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
@@ -89,7 +89,7 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which each foot joint slides, (joints,). NaN for others."""
+        """The percentage of frames in which each foot joint slides, (joints,); NaN for others."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]

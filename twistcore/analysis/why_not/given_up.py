@@ -33,7 +33,7 @@ class SoftErrors:
     chains: Sequence[Chain]
 
     def dropped(self) -> Iterator[Interval]:
-        """Yield the chain's intervals between jumps above τ that a soft error replaced."""
+        """Yield the intervals between two jumps above τ that a soft error has replaced."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.is_replaced(i))
 
@@ -52,7 +52,7 @@ class SoftErrors:
         given
             The dropped interval, or None if it is unknown.
         numbers
-            Numbers of the reason, keyed by name.
+            Numbers to store in the reason, keyed by name.
         what
             Subject of the sentence: the jump that would have been an edge of the interval.
         """
@@ -74,7 +74,7 @@ class SoftErrors:
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
-        """Yield the soft errors above τ with their chains, starting with those of this chain."""
+        """Yield soft errors above τ with their chains, first those of the frame's own chain."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]

@@ -25,7 +25,7 @@ from twistcore.skeleton.rotation import wrap
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     """Return the reason why no flip has an edge at a frame.
 
-    `edges_in` finds edges of other chains and limbs.
+    `edges_in` returns the errors of other chains and limbs that have an edge in given frames.
     """
     t = place.frame
     numbers: dict[str, Any] = {
@@ -82,7 +82,7 @@ def _left(
 ) -> Reason:
     """Return the reason why a jump above τ is not an edge of a flip.
 
-    Its numbers contain the costs of explaining the frames with and without a flip.
+    The reason includes the costs of explaining the frames with and without a flip.
     """
     left = flips.why_unexplained(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}

@@ -57,7 +57,7 @@ class Reason:
     text
         The sentence.
     numbers
-        Numbers of the sentence, keyed by their names in JSON. Angles are in degrees.
+        Numbers in the sentence, keyed by their names in JSON. Angles are in degrees.
     suspicious
         True if the frame is above τ and a person should check it.
     """
@@ -102,7 +102,7 @@ class AskedFrame:
     fps
         Number of examined frames per second.
     first
-        Number of the clip's first frame in sentences.
+        Frame number that is shown for the clip's first frame.
     kept
         The frames that were examined, or None for all frames of the clip.
     """
@@ -117,7 +117,7 @@ class AskedFrame:
     kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
-        """Convert an examined frame to a frame of the clip, from 0."""
+        """Convert the index of an examined frame to its index in the clip."""
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
@@ -146,11 +146,11 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return the number of a frame as users see it, such as 'frame 12'."""
+        """Return a frame as shown to users, such as 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as tables show them, such as 'frames 323–329'.
+        """Return frames [start, stop) as shown in tables, such as 'frames 323–329'.
 
         The second number is `stop`, which is excluded.
         """
