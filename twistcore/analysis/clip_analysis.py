@@ -175,7 +175,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis of a rig's chains, limited to those that the user chose, if any."""
+        """Return an analysis of a rig's chains, limited to chains that the user chose, if any."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)

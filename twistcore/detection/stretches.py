@@ -116,7 +116,8 @@ class _Clip:
     def levels(self, joint: int) -> list[_Level]:
         """Return the levels (frames of nearly constant roll) between the jumps of a joint.
 
-        The joint may jump about any axis. The levels are sorted by start. The result is empty if the joint has no bone.
+        The joint may jump about any axis. The levels are sorted by start. The result is empty if
+        the joint has no bone.
         """
         rotations = self.motion.rotations[:, joint]
         jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
