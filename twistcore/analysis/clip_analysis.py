@@ -398,7 +398,7 @@ class ClipAnalysis:
 
     @property
     def helper_rolls(self) -> HelperAnalysis:
-        """The analysis of the rolls of helpers (twist bones)."""
+        """The analysis of the rolls of helper bones (twist bones)."""
         if self._whole is not None:
             return self._whole.helper_rolls
         if self._helpers is not None:  # without waiting for a detector
@@ -598,7 +598,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """Return True if the whole body steps at an edge of the interval.
+        """Return True if the whole body jumps (a body step) at an edge of the interval.
 
         Counter-twists of many chains that begin in the same frame look like a body step. Therefore
         the step must remain after all counter-twists are removed.
@@ -737,8 +737,8 @@ class ClipAnalysis:
     ) -> dict[str, float]:
         """Return the thresholds τ in radians, keyed by the name of the chain or limb.
 
-        `for_all` is τ for all chains, but not for limbs and helpers. `by_name` contains the values
-        of a profile, which take precedence. Names that the clip does not have are ignored.
+        `for_all` is τ for all chains except limbs and helpers. `by_name` contains the values of a
+        profile, which take precedence. Names that the clip does not have are ignored.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}

@@ -92,7 +92,7 @@ def error_groups(
 
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
-    """Return, for each joint, the first joint of its limb, or the root if it is in no limb."""
+    """Return, for each joint, the first joint of its limb, or the root if it has no limb."""
     found = chains_by_limb(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []

@@ -155,7 +155,7 @@ def _offsets(
     *,
     exact: bool = False,
 ) -> tuple[ConstantOffset, ...]:
-    """Return the constant offsets of chains from their expected twists.
+    """Return the constant offsets of chains relative to their expected twists.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def _offsets(
 def _between_sides(
     left: Chain, right: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> ConstantOffset | None:
-    """Return the constant offset between the left and the right bone, or None."""
+    """Return the constant offset between a left and a right bone, or None if there is none."""
     of_left, of_right = usual[left.name], usual[right.name]
     if of_left is None or of_right is None:
         return None
@@ -251,13 +251,13 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
 
 
 def _usual_twists(motion: Motion, chain: Chain) -> _Twists | None:
-    """Return the usual twists of a chain's parent and child, or None if one is undefined."""
+    """Return the usual twists of a chain's parent and child, or None if either is undefined."""
     of_p, of_c = (_usual(motion, chain, joint) for joint in (chain.parent, chain.child))
     return None if of_p is None or of_c is None else (of_p, of_c)
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
-    """Return the circular median of a joint's twist about a chain's bone, or None if undefined."""
+    """Return a joint's usual twist about a chain's bone, or None if the twist varies too much."""
     if chain.axis.ndim > 1:
         return None
     angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)

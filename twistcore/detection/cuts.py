@@ -34,9 +34,9 @@ BLOCK_SECONDS = 0.13
 
 
 def find_cuts(motion: Motion) -> Mask:
-    """Return a mask of the frames whose step from the previous frame is not motion, (frames,).
+    """Return a mask of the frames whose change from the previous frame is not motion, (frames,).
 
-    Such a step is a cut, or part of a blend from the clip's first pose or into a rest pose at the
+    Such a change is a cut, or part of a blend from the clip's first pose or into a rest pose at the
     clip's end.
     """
     return _cuts(motion).copy()
@@ -70,7 +70,7 @@ def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
 def _jumps(motion: Motion) -> Mask:
     """Return a mask of the frames in which the bends of most joints jump at the same time.
 
-    A joint votes for a cut if its bend changes by more than JUMP times the joint's pace. This is
+    A joint votes for a cut if its bend changes by more than JUMP times the joint's pace. A pace is
     the median change in the block of the frame or in the calmer neighbouring block, whichever is
     larger. At a cut, more than the fraction SHARE of the joints that ever bend must vote.
     """

@@ -56,7 +56,7 @@ class GuardedDetector:
 
     @property
     def info(self) -> DetectorInfo:
-        """The name of the detector and the other information that the program shows about it."""
+        """The detector's description: its name and the texts that the program shows."""
         return self.detector.info
 
     def analyse(

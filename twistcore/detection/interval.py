@@ -112,7 +112,7 @@ class Interval:
 
     @cached_property
     def for_review(self) -> Interval:
-        """The interval as a review stores it, with the offset that accepting it removes.
+        """The interval as stored in a review, with the offset to remove if a person accepts it.
 
         For kinds that are corrected only if a person accepts them, a detected interval has an
         offset of 0, so it is not corrected automatically. In a review, its offset is the value
@@ -151,7 +151,7 @@ class Interval:
     def soft_ended(self) -> bool:
         """True for a counter-twist that begins or ends gradually.
 
-        Its first or last offset is then below a quarter of the largest offset.
+        This means that its first or last offset is less than a quarter of its largest offset.
         """
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False

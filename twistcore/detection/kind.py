@@ -1,4 +1,4 @@
-"""The kinds of error. Each is declared in a file of `kinds/`, which loads without numpy."""
+"""The kinds of error. Each kind is declared in a file in `kinds/` that loads without numpy."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ from twistcore.skeleton.rotation import (
 class Image:
     """The twist angle of the quaternion cos(φ/2)·plain + sin(φ/2)·turned as a function of φ.
 
-    The angle is 0 for elements that have not been set.
+    The object is an array of such functions. An element that has not been set returns 0.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
@@ -41,7 +41,7 @@ class Image:
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Set `plain` and `turned`, (n, 4), and the axes, (n, 3), of elements at flat indices."""
+        """Set the quaternions, (n, 4), and twist axes, (n, 3), of the elements at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
@@ -121,7 +121,7 @@ class Limbs:
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """Return the images of errors in runs of `length` successive chains.
+        """Return the effects (images) of errors in runs of `length` chains on adjacent chains.
 
         Row s of the first image is the effect of an error of chain first + s on x of the next
         chain. Row s of the second image is its effect on y of the previous chain. If there is no

@@ -99,7 +99,7 @@ def names_with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited because of an event."""
+    """Return the names of chains and limbs that are affected by an event, so not audited."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:

@@ -82,7 +82,7 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return the noise σ of a joint in degrees, (frames,), cached with the motion.
+    """Return the noise σ of a joint in degrees, (frames,), from a cache if possible.
 
     Callers must not change the array. The array of a joint without noise takes no memory.
     """
@@ -122,7 +122,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Return the squared change of the rotation vectors, (frames, 3), in each frame, (frames,)."""
+    """Return the squared change of a rotation vector in each frame, (frames, 3) → (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -233,7 +233,7 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
 
 def _may_be_mostly_true(mask: Mask, width: int) -> bool:
-    """Return False if no window of `width` values in a mask can contain mostly True values."""
+    """Return True if some window of `width` values in a mask may be mostly True."""
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
 

@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3, which is declared in `detectors/paper.py`."""
+"""The computations for the detector of [Choi26] §3.3. `detectors/paper.py` declares it."""
 
 from __future__ import annotations
 

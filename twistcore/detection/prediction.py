@@ -169,7 +169,7 @@ class Irregular:
 
 
 class Predictor:
-    """Predict signals, (2, chains, frames), from neighbouring frames.
+    """A predictor of signals, (2, chains, frames), from neighbouring frames.
 
     The attributes `cubic` and `linear` contain the predictions of each frame from its two
     neighbours on either side, regardless of whether the neighbours are good.
@@ -186,12 +186,12 @@ class Predictor:
 
     @cached_property
     def cubic_root(self) -> Array:
-        """The square roots of the absolute errors of `cubic`, shape (2, chains, frames)."""
+        """The square roots of the absolute prediction errors of `cubic`, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
 
     @cached_property
     def linear_root(self) -> Array:
-        """The square roots of the absolute errors of `linear`, shape (2, chains, frames)."""
+        """The square roots of the absolute prediction errors of `linear`, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:

@@ -92,7 +92,7 @@ class Detector(Protocol):
 
     @property
     def info(self) -> DetectorInfo:
-        """The name of the detector and the other information that the program shows about it."""
+        """The detector's description: its name and the texts that the program shows."""
         ...
 
     def analyse(

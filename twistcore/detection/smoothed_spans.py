@@ -47,7 +47,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
+    """Frames [start, stop) in which a joint's motion was smoothed or a gap in it was filled.
 
     `times` is the ratio of the joint's fine movement in most of the clip to that in the span.
     """

@@ -261,8 +261,8 @@ class _ClosedForm:
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
     """Return True if a chain's corrected angles follow from the offsets alone.
 
-    They do not if the bone axis varies, or if a correction rotates the child about an axis other
-    than the child's own bone.
+    This is not the case if the bone axis varies, or if a correction rotates the child about an axis
+    other than the child's own bone.
     """
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]

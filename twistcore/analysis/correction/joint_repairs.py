@@ -191,7 +191,7 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Undo one constant rotation of a joint per interval, measured at the interval's two edges.
+    """Undo a constant rotation of a joint in each interval, measured at the interval's edges.
 
     All descendants of the joint move with it. Intervals that begin or end the clip, and frames with
     an offset of 0, are not changed.

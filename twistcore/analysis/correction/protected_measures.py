@@ -1,7 +1,7 @@
 """Measure quantities of a limb and its neighbours that a correction must not make worse.
 
-They are measured in the frames around the interval, relative to hinges that are determined from the
-rest of the clip.
+They are measured in the frames around the interval. Only a joint's hinge plane is determined from
+the rest of the clip.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ def automatic_corrections(
 ) -> tuple[Interval, ...]:
     """Return the intervals that are corrected automatically.
 
-    Only this function decides which ones are. Lone jumps are excluded because they have no offset
+    Only this function makes this decision. Lone jumps are excluded because they have no offset
     to remove. Helper rolls, stretches and spikes are excluded because their confidence is not
     measured.
 

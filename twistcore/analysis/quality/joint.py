@@ -38,12 +38,12 @@ class JointQuality:
     ----------
     jitter
         Magnitude of the third difference of the local rotation, degrees per frame³, shape (frames,
-        joints), in the second of the four frames.
+        joints). It is stored in the second of the four frames.
     speed
         Local angular speed since the previous frame, degrees/s, shape (frames, joints).
     excess
         Largest change of a stored angle since the previous frame, minus the angle by which the
-        joint actually turned, degrees, at least 0, shape (frames, joints).
+        joint actually rotated, degrees, at least 0, shape (frames, joints).
     flipped
         True if the quaternion changes its hemisphere from the previous frame, shape (frames,
         joints).

@@ -72,7 +72,7 @@ def no_counter_twist(
     edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return the reason why no interval has an edge at a frame.
+    """Return the reason why no interval begins or ends at a frame.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _ENOUGH = 0.5
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
-    """Return the reason why no interval has an edge at a frame of a chain or limb.
+    """Return the reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """Keywords for the reasons why no interval has an edge at a frame. Files contain the values."""
+    """Keywords for the reasons why no interval begins or ends at a frame, as stored in files."""
 
     INTERVAL = "interval"  # the frame is in an interval or next to one
     MOVED = "moved"  # the detector found an interval here, but the review moved it
@@ -44,7 +44,7 @@ EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 @dataclass(frozen=True)
 class Reason:
-    """The reason why no interval has an edge at a frame of a chain or limb.
+    """The reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from twistcore.skeleton.rotation import geodesic_angle
 
 
 def angle_from_before(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the curve of the angle between a joint's rotation and that just before an interval.
+    """Return the curve of a joint's rotation angle relative to the frame before an interval.
 
     The angle is computed after all automatic corrections, in degrees. The limit of the curve is the
     smallest angle of a turned end.

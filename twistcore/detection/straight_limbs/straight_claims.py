@@ -106,7 +106,7 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Return a copy without edges that have a peak in `peaks`, a mask of frames, (frames,)."""
+        """Return a copy without edges that have a peak in the frames of a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
@@ -177,7 +177,7 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return a chain's errors while its limb is straight that the chain's jumps do not explain.
+    """Return the twist errors of a straight limb that the jumps of its chain do not explain.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
     because it has no grandchild. An interval between jumps takes priority over an error of the
