@@ -108,7 +108,7 @@ def _unexplained_shares(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """Return True if the progress s, (frames,), rises to 1 early but over several frames."""
+    """Return True if s(t), (frames,), begins to rise early and takes several frames to reach 1."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 

@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import (
 from twistcore.work.frozen import dataclass
 
 # Share of the skeleton's height. A child that is farther than this from its parent's bone axis
-# moves if the parent turns about that axis.
+# moves if the parent rotates about that axis.
 _ASIDE = 1e-4
 
 

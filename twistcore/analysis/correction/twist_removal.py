@@ -372,7 +372,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # The rotation of an end that turned with the limb must stay the same in every bit.
+    # If the end rotated with the limb, its local rotation must stay bit-identical.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]

@@ -25,7 +25,7 @@ from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s; this is 20 mm between two frames at 25 Hz
 _SHORTEST = 4  # number of frames that a third difference needs
 _TALL = 1.75  # metres; height of a person, assumed if the length unit of a clip is unknown
-_JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the joint turns
+_JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the joint rotates
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,10 +28,10 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # share of the larger turn; a joint that turns by less does not respond
+ONE_JOINT = 0.25  # share of the larger rotation; a joint that rotates less counts as still
 # Multiple of σ. If increment and residual differ by more, the effect of another error was removed.
 UNDONE = 4.0
-_NEAR = 4  # number of frames on either side that show how much a joint usually turns
+_NEAR = 4  # number of frames on either side that show how much a joint usually rotates
 _EACH = 0.5 * PRIOR  # minimum evidence of each of two edges, in nats
 
 

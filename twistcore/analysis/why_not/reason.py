@@ -22,10 +22,10 @@ class Why(StrEnum):
     BELOW = "below tau"
     CUT = "cut"  # all joints jump in the same frame, at a T-pose or a cut
     SHORT = "short piece"  # there are too few frames between two cuts
-    IMAGE = "image"  # an error of another chain or limb turns a joint of this one
+    IMAGE = "image"  # an error of another chain or limb rotates a joint of this one
     ONE_JOINT = "one joint"
-    UNEQUAL = "unequal"  # both joints turn, but the turns do not cancel
-    MOTION = "motion"  # natural motion explains the turns
+    UNEQUAL = "unequal"  # both joints rotate, but the rotations do not cancel
+    MOTION = "motion"  # natural motion explains the rotations
     NO_PARTNER = "no partner"
     OTHER = "other interval"  # the jump's partner belongs to another interval, which explains more
 
@@ -38,7 +38,7 @@ _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Wh
 
 
 # A function that returns the intervals of other chains that have an edge in frames [start, stop)
-# and turn a joint of this chain.
+# and rotate a joint of this chain.
 EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 

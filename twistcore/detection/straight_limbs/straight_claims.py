@@ -45,8 +45,8 @@ CLEAR = 10.0  # minimum ratio of an error to the spread of the hinge; a smaller 
 # naturally deviates from its hinge.
 NEARLY = 1.6
 ROUNDS = 3  # rounds of removing jumps that contradict the bent limb
-# If the intervals between jumps leave at most this much more opposite turn, in radians, they
-# explain the motion.
+# If the intervals between jumps leave at most this much more opposite rotation unexplained, in
+# radians, they explain the motion.
 AS_LITTLE = float(np.radians(2.0))
 BESIDE = 1  # frames on either side of a spell that may belong to its transitions
 

@@ -17,7 +17,7 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # bend above which a limb is called bent and shows its twist well
+BENT = float(np.radians(30.0))  # a limb with a larger bend is bent, and shows its twist well
 ANCHOR_SECONDS = 0.1  # minimum time for which a limb must be bent to show its hinge
 SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
 WINDOW = 0.13  # duration in seconds of a transition, in which P and C turn in opposite directions
