@@ -81,7 +81,7 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class CarriedRollTest:
-    """A test whether a counter-twist in a motion is a carried roll.
+    """A test of whether a counter-twist in a motion is a carried roll.
 
     The signals of a chain are computed on first use. In a long clip, only the signals of the last
     few chains are cached.

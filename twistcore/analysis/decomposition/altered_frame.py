@@ -133,7 +133,7 @@ def _swing_turn(swing: Array) -> tuple[Array, float]:
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
-    """Return the parent's rotation with changed swing and nudge, and with the same twist."""
+    """Return the parent's rotation after the changes to swing and nudge, with the same twist."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     if what_if.toward is not None:
@@ -150,7 +150,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 
 
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
-    """Return the child's rotation with changed bend and nudge."""
+    """Return the child's rotation after the changes to bend and nudge."""
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():

@@ -1,4 +1,4 @@
-"""Find intervals between jumps that were dropped because a soft error is a better explanation."""
+"""Find intervals between jumps that were dropped in favour of soft (gradual) errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BESIDE = 1  # maximum number of frames between an interval's edge and a jump tha
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """A chain's dropped intervals, and the soft errors of the chain and its neighbours.
+    """The soft (gradual) errors near a frame, and the intervals that they replaced.
 
     Attributes
     ----------
