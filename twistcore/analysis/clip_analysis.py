@@ -1,4 +1,4 @@
-"""Analyse a clip: find chains, compute signals, and run detectors, each step when first needed."""
+"""Analyse a clip: find chains, compute signals and run detectors, each only when needed."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection i
 
 
 class ClipAnalysis:
-    """The analysis of a motion, independent of thresholds and decisions.
+    """The analysis of a motion, independent of thresholds and of a reviewer's decisions.
 
     The object is returned by :func:`analyse`. It is immutable and thread-safe, and computes each
     result once, when first needed.
@@ -97,7 +97,7 @@ class ClipAnalysis:
     people : sequence of str, optional
         Names of the people to whom the chains belong. None for all people.
     whole : ClipAnalysis, optional
-        The analysis of all chains, which provides the results if some chains were chosen.
+        The analysis of all chains, if only some chains were chosen. Results are read from it.
 
     Examples
     --------
@@ -175,7 +175,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis of a rig's chains, or only of the chains that the user chose."""
+        """Return an analysis of a rig's chains, limited to chains that the user chose, if any."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -250,7 +250,7 @@ class ClipAnalysis:
 
     @cached_property
     def notes(self) -> tuple[Note, ...]:
-        """Notes about the clip."""
+        """Notes for the user, such as limbs that are not examined, noise bursts and held frames."""
         notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
         if self.not_examined:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
@@ -266,7 +266,7 @@ class ClipAnalysis:
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
     ) -> tuple[Note, ...]:
-        """Return a note for each bone that has a constant offset from another take.
+        """Compare the twists with another take. Return a note for each bone with a constant offset.
 
         Parameters
         ----------
@@ -380,7 +380,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults, leaving out those at joints of people who were not chosen."""
+        """Return the faults, excluding those at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -393,12 +393,12 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """All chains except helpers."""
+        """All chains except helper bones."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
     def helper_rolls(self) -> HelperAnalysis:
-        """The analysis of the rolls of helpers (twist bones)."""
+        """The analysis of the rolls of helper bones (twist bones)."""
         if self._whole is not None:
             return self._whole.helper_rolls
         if self._helpers is not None:  # without waiting for a detector
@@ -424,8 +424,8 @@ class ClipAnalysis:
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the intervals of a kind that is never corrected automatically.
 
-        The result is keyed by chain name. Some kinds are searched for in the clip as it is after
-        all automatic corrections.
+        The result is keyed by chain name. Some kinds are searched for after all automatic
+        corrections have been applied.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -441,7 +441,7 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """Error messages of kinds from other packages whose search has failed so far."""
+        """Error messages of failed searches for kinds of error that other packages define."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
@@ -473,7 +473,7 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
-        """Return the input for the finders of all kinds.
+        """Return the input for the functions that find each kind of error.
 
         `method` is the name of a detector, or '' for the clip as captured.
         """
@@ -499,7 +499,7 @@ class ClipAnalysis:
         )
 
     def _errors(self, method: str) -> tuple[Interval, ...]:
-        """Return all intervals that can be corrected, found at the automatic τ."""
+        """Return all correctable intervals, detected with the automatic threshold τ."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
             names = self._searched_names(REPAIRED)
@@ -527,7 +527,7 @@ class ClipAnalysis:
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump so often that no interval is certain.
 
-        For a clip of one person, the result is ('',) or (). Jumps must be frequent both in the clip
+        In a clip of one person, that person's name is ''. Jumps must be frequent both in the clip
         as captured and after the corrections. If they are rare in the clip as captured, no detector
         is run. Jumps within a noise burst are not counted.
         """
@@ -545,7 +545,7 @@ class ClipAnalysis:
         return self._with_many(intervals_of_kind(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people with many of the given jumps, which are keyed by chain name."""
+        """Return the names of people with many jumps. `jumps` is keyed by chain name."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -559,10 +559,10 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return an open copy of an interval of a restless person.
+        """Return a copy of a restless person's interval, marked as open.
 
-        An interval that is already open or cannot be corrected is returned unchanged. Repeated
-        calls return the same object.
+        An open interval is not corrected automatically. An interval that is already open or cannot
+        be corrected is returned unchanged. Repeated calls return the same object.
         """
         if interval.open or not interval.repairable:
             return interval
@@ -572,12 +572,13 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return the interval, or an open copy if its correction would make something worse.
+        """Return the interval, or a copy marked as open if its correction might do harm.
 
-        Two more kinds of interval become open: a counter-twist at a step of the whole body, because
-        the step alone may be the error, and an interval whose confidence is too low for its kind.
-        Intervals of a detector without confidence, such as the paper's, are returned unchanged.
-        Repeated calls return the same object.
+        An interval becomes open if its correction would make a protected measure worse, or if its
+        confidence is too low for its kind. A counter-twist at a sudden step of the whole body also
+        becomes open, because the step alone may be the error. Intervals of a detector without
+        confidence, such as the paper's, are returned unchanged. Repeated calls return the same
+        object.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -597,10 +598,10 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """Return True if the whole body steps at an edge of the interval.
+        """Return True if the whole body jumps (a body step) at an edge of the interval.
 
         Counter-twists of many chains that begin in the same frame look like a body step. Therefore
-        the body must also step in the clip without counter-twists.
+        the step must remain after all counter-twists are removed.
         """
         person = self.chain(interval.chain).person
         if not at_body_step(body_steps(self.motion), interval, person):
@@ -631,14 +632,15 @@ class ClipAnalysis:
 
     @cached_property
     def _plain_hinges(self) -> Hinges:
-        """The hinges of the clip, measured in all frames as captured."""
+        """The hinge joints of the clip, measured in all captured frames."""
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the other automatic counter-twists in chains that share a joint with this one.
+        """Return corrected counter-twists in chains that share a joint with an interval's chain.
 
-        If the interval is not corrected automatically, for example because τ was changed, the
-        counter-twists in its chain are left out, because they may be the same error.
+        Only automatic corrections are included, and the interval itself is excluded. If it is not
+        corrected automatically, for example because τ was changed, all counter-twists in its chain
+        are excluded, because they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -649,21 +651,21 @@ class ClipAnalysis:
         return [i for i in sure if i.chain in near and i is not interval]
 
     def _sure_by(self, method: str) -> tuple[Interval, ...]:
-        """Return the automatically corrected counter-twists, found at the automatic τ."""
+        """Return the counter-twists at the automatic τ that are corrected automatically."""
         if method not in self._sure:
             self._sure[method] = automatic_corrections(self._twists_by(method))
         return self._sure[method]
 
     def _twists_by(self, method: str) -> list[Interval]:
-        """Return all counter-twists, found at the automatic τ."""
+        """Return all counter-twists that are detected with the automatic threshold τ."""
         known = self.by(method)
         names = [c.name for c in self._of_limbs]
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip, measured outside counter-twists.
+        """Return the hinge joints of the clip, measured in the frames outside counter-twists.
 
-        If `kept` is given, they are measured in these distinct frames of the clip.
+        If `kept` is not None, only these distinct frames of the clip are used.
         """
         key = method, kept is None
         if key not in self._hinges:
@@ -677,7 +679,7 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """Return one analysis of chains and limbs, limited to the given kinds.
+        """Return a combined analysis of chains and limbs, limited to the given kinds of error.
 
         The analysis combines :meth:`by` and :meth:`shown` for chains with :attr:`flips` for limbs.
         Results are computed when first needed. By default, all kinds are included. Raises
@@ -695,7 +697,7 @@ class ClipAnalysis:
         tau_degrees: Tau | None = None,
         tell: Tell | None = None,
     ) -> Detection:
-        """Find the intervals of some kinds, first in chains and then in limbs.
+        """Find intervals with errors of the given kinds, first in chains and then in limbs.
 
         Parameters
         ----------
@@ -733,16 +735,16 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians, keyed by name, from one value for all chains and from a profile.
+        """Return the thresholds τ in radians, keyed by the name of the chain or limb.
 
-        The value `for_all` does not apply to limbs and helpers. Names in the profile that the clip
-        does not have are ignored.
+        `for_all` is τ for all chains except limbs and helpers. `by_name` contains the values of a
+        profile, which take precedence. Names that the clip does not have are ignored.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
     def _searched_names(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """Return the names of the chains and limbs in which some of these kinds can be found."""
+        """Return the names of the chains and limbs in which any of the given kinds can be found."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
@@ -764,8 +766,9 @@ class ClipAnalysis:
 class _ByName:
     """The detectors for chains, helpers and limb flips, combined into one analysis.
 
-    Which people are restless is known only after all other kinds have been searched for. During
-    that search, `final` is False, and no interval becomes open because of a restless person.
+    Restless people (those with many lone jumps) are known only after all other kinds have been
+    searched for. During that search, `final` is False, and no interval is marked as open because of
+    a restless person.
     """
 
     clip: ClipAnalysis
@@ -817,10 +820,10 @@ class _ByName:
         return [*left, *rolls]
 
     def _without_side_effects(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Return the flips, leaving out side effects of twist errors in the limb's first joint.
+        """Return the flips, excluding side effects of twist errors in the limb's first joint.
 
-        If a child did not fully compensate its parent's twist error, the rest of the limb turns by
-        the remaining angle. This is one error, not two.
+        If a child did not fully compensate its parent's twist error, the rest of the limb rotates
+        by the remaining angle. This is one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -840,16 +843,16 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return an interval's evidence with `doubt` as its first reason for doubt.
+    """Return an interval's evidence, with `doubt` as the first reason for doubt.
 
-    `explain` returns the evidence to extend. None stands for no evidence.
+    `explain` returns the evidence to extend, or is None if there is no evidence.
     """
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
-    """Return the distinct frames of a coarsely written clip, or None for other clips."""
+    """Return the distinct frames of a clip with repeated or interpolated frames, or None."""
     kept: DistinctFrames | None = getattr(analysis, "kept", None)
     return kept
 
@@ -859,7 +862,7 @@ def _made_worse(
 ) -> dict[str, Any]:
     """Return an interval's evidence, extended by the measures that its correction makes worse.
 
-    `explain` returns the evidence to extend. None stands for no evidence.
+    `explain` returns the evidence to extend, or is None if there is no evidence.
     """
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
@@ -938,7 +941,7 @@ class Detection:
     def notes(self) -> tuple[Note, ...]:
         """Notes about the clip and the search.
 
-        If any interval was found, the note that the clip could not be examined is left out.
+        If any interval was found, the note that the clip could not be examined is omitted.
         """
         notes = self.analysis.notes
         if self.intervals:

@@ -11,8 +11,8 @@ The groups do not depend on a reviewer's decisions. They are formed by three rul
    in the same direction and of similar size, they become one group.
 
 Two corrections of different kinds for the same frames of a limb are *alternatives* if one of them
-is open. A reviewer chooses between them, and only the one with the higher confidence is in the
-group.
+is open (not applied automatically). A reviewer chooses between them, and only the one with the
+higher confidence is in the group.
 
 An interval belongs to the limb that begins at the interval's joint or at the nearest joint above
 it. If there is no such limb, it belongs to the root.
@@ -92,7 +92,7 @@ def error_groups(
 
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
-    """Return, for each joint, the first joint of its limb, or the root if it is in no limb."""
+    """Return, for each joint, the first joint of its limb, or the root if it has no limb."""
     found = chains_by_limb(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
@@ -133,7 +133,7 @@ def _is_jump(interval: Interval) -> bool:
 
 
 def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals of a limb whose edges touch.
+    """Yield index pairs of intervals in one limb whose edges touch.
 
     `members` are the indices of the limb's intervals.
     """
@@ -150,10 +150,10 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
 
 
 def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs that connect the intervals in `meeting`, whose edges touch.
+    """Yield index pairs that connect the intervals in `meeting`, whose edges touch.
 
-    Intervals without a common frame are connected only if one of them is a jump. If none is, one
-    error simply ends where another one begins.
+    Intervals without a common frame are connected only if `meeting` contains a jump. Without a
+    jump, one error simply ends where the next one begins.
     """
     if len(meeting) < 2:
         return
@@ -169,7 +169,7 @@ def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterat
 def _overlapping(
     intervals: Sequence[Interval], members: Iterable[int]
 ) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals in different chains of a limb that share most of their frames."""
+    """Yield index pairs of intervals in different chains of a limb that share most frames."""
     last: dict[str, int] = {}  # the latest interval of each chain
     for k in sorted(members, key=lambda k: intervals[k].start):
         here = intervals[k]
@@ -188,7 +188,7 @@ def without_alternatives(
     *,
     chosen: Iterable[Interval] = (),
 ) -> tuple[Interval, ...]:
-    """Return the intervals, leaving out those whose correction has a more certain alternative.
+    """Return the intervals, excluding those whose correction has a more certain alternative.
 
     Alternatives are corrections of different kinds for the same frames of a limb. If two of them
     were applied together, the limb would end up in neither of the two intended poses.
@@ -202,7 +202,7 @@ def without_alternatives(
     skeleton
         The clip's skeleton.
     chosen
-        The intervals that a person has accepted or selected, which are always kept.
+        The intervals that a person has accepted or selected, which are always returned.
     """
     if len({i.kind for i in intervals if i.repairable}) < 2:
         return tuple(intervals)
@@ -222,10 +222,10 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return the members of a group, leaving out members that have a more certain alternative.
+    """Return the members of a group, excluding members that have a more certain alternative.
 
     `part` contains the indices of the group's intervals, and `chosen` the id() of each interval
-    that is always kept.
+    that is never excluded.
     """
     repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
     instead = defaultdict[int, set[int]](set)  # alternatives to each correction
@@ -265,7 +265,7 @@ def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[i
 def _with_series(
     intervals: Sequence[Interval], parts: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Join the groups of each series, and yield each group and how many groups were joined."""
+    """Join the groups of each series. Yield each group with the number of groups joined into it."""
     alike = defaultdict[tuple[str, Kind, str, bool], list[tuple[int, ...]]](list)
     for part in parts:
         lead = intervals[part[0]]
@@ -305,7 +305,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return an interval's angle in its middle frame, radians, which is faster than a median."""
+    """Return an interval's angle in its middle frame, radians (faster than the median angle)."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -317,7 +317,10 @@ def _name(
     chains: Mapping[str, Chain],
     repeated: int,
 ) -> str:
-    """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'."""
+    """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'.
+
+    `repeated` is the number of similar groups that were joined, or 1.
+    """
     lead = intervals[members[0]]
     longest = max((intervals[k] for k in members), key=lambda i: i.frames)
     # Only a series can begin with an error that is not its longest, so there are several more

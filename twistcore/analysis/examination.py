@@ -44,7 +44,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 def frames_note(motion: Motion) -> str:
     """Return a sentence about segments between cuts that are too short to examine, or ''.
 
-    T-poses at the ends of the clip, and blends from or to them, are not examined either, but the
+    T-poses at the ends of the clip, and blends from or to them, are not examined either. The
     sentence does not mention them.
     """
     frames = unexamined_frames(motion)
@@ -90,7 +90,7 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
 
 
 def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
-    """Return the names of the joints that no chain examines, keyed by part of the body.
+    """Return the names of the joints that no chain examines, keyed by body part.
 
     The parts are the root, the trunk (all joints above a limb), the joints below the hands or the
     feet (or below the limbs, if names are unknown), and the others, such as neck and head.

@@ -1,7 +1,7 @@
 """Detection of errors in a motion: counter-twists, rolls, flips, jumps, spikes and noise.
 
 A detector analyses a motion once, without a threshold. The resulting analysis computes the
-intervals at any threshold τ, fast enough to follow a person who drags the threshold line.
+intervals at any threshold τ, fast enough to update them while a user drags the threshold line.
 """
 
 from importlib import import_module

@@ -1,9 +1,9 @@
 """Find backward bends, in which a knee or an elbow bends against its hinge without a jump.
 
 In most of a clip, a knee or an elbow bends to one side. The bend to that side is the flexion of the
-joint. Negative flexion is hyperextension. A few degrees of it are natural, and a rig may add more.
-The limit is therefore the sum of a constant, the usual hyperextension of the joint, and its play,
-the angle by which it bends sideways.
+joint. Negative flexion is hyperextension. A few degrees of hyperextension are natural, and a rig
+may add more. The limit is therefore the sum of three angles: a constant, the joint's usual
+hyperextension, and the joint's play (the angle by which it bends sideways).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Hinge:
     flexion
         The flexion in each frame, negative for a backward bend, shape (frames,).
     play
-        The 95 % quantile of the sideways angle of the joint.
+        The 95 % quantile of the angle by which the joint bends sideways.
     extended
         The hyperextension that is reached or exceeded in a quarter of the clip, or 0.
     """
@@ -78,7 +78,7 @@ class Hinge:
 
 
 def hinge_of(signals: ChainSignals) -> Hinge | None:
-    """Return the hinge at the child joint of a chain, given the signals of the chain.
+    """Return the hinge at a chain's child joint, computed from the chain's signals.
 
     The result is None if the clip does not show to which side the joint bends.
     """
@@ -142,7 +142,7 @@ def _others(search: KindSearch, chain: Chain) -> list[Interval]:
 
 
 def _explained_by(others: Sequence[Interval], start: int, stop: int) -> bool:
-    """Return True if one of the errors in `others` explains a backward bend in [start, stop).
+    """Return True if one of the errors `others` explains a backward bend in [start, stop).
 
     Such an error covers most of these frames, or it begins or ends near an edge of the bend.
     """

@@ -1,9 +1,9 @@
 """Measure how much each joint bends from frame to frame, regardless of twist [Method, step 7].
 
 The bend of a joint is the angle between the bone that leads to it and the bone that leads away from
-it. In a twist error, a joint turns about its bone and the next joint turns back. No bone changes
-its direction, so no bend changes, even if many chains have errors in the same frames. A limb flip
-changes only two bends.
+it. In a twist error, a joint rotates about its bone and the next joint rotates back. No bone
+changes its direction, so no bend changes, even if many chains have errors in the same frames. A
+limb flip changes only two bends.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ _SHORTEST = 1e-6  # share of the skeleton's height; a shorter bone has no direct
 
 
 def bend_steps(motion: Motion) -> Array:
-    """Return the rotation of each root and the change of each bend from frame to frame.
+    """Return the change of each root's rotation and of each joint's bend from frame to frame.
 
     A joint at the position of its root has no bone above it and therefore no bend. For such a
-    joint, the rotation of its own bone in the frame of the root is returned.
+    joint, the change of its own bone's direction in the root's coordinates is returned.
 
     Returns
     -------
     ndarray, shape (n, frames − 1)
-        The rotations of the roots, followed by the changes of the bends, in radians ≥ 0.
+        One row per root, followed by one row per joint with a bone, in radians ≥ 0.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -68,7 +68,7 @@ def bend_steps(motion: Motion) -> Array:
 
 
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
-    """Return the direction of the longest bone below a joint, in the joint's frame, or None.
+    """Return the direction of the longest bone below a joint, in the joint's coordinates, or None.
 
     The direction has the shape (3,) or (frames, 3). If all children are at the joint's position,
     the direction to the End Site is returned, or None if there is no End Site. `above` contains the
@@ -84,7 +84,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the ancestors at the same position as a joint, from the top, and the joint itself.
+    """Return a joint and its ancestors at the same position, with the topmost ancestor first.
 
     `above` has the same meaning as in :func:`_own_bone`.
     """

@@ -1,4 +1,4 @@
-"""Convert faults of the capture (noise bursts and frozen limbs) to intervals of chains."""
+"""Convert capture faults (noise bursts and frozen limbs) to intervals of chains."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def burst_intervals(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return intervals for the noise bursts of joints, keyed by chain name and sorted by start.
 
-    Bursts of a chain that overlap, or nearly do, are merged into one interval. Its `joint` is the
-    noisiest joint, and its `residual` is the σ of that joint's noise about each axis, in radians.
-    The offset is 0, because a noise burst is not corrected.
+    Overlapping and nearly overlapping bursts of a chain are merged into one interval. Its `joint`
+    is the noisiest joint, and its `residual` is the σ of that joint's noise about each axis, in
+    radians. The offset is 0, because a noise burst is not corrected.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def burst_intervals(
     chains
         All chains of the clip.
     bursts
-        The noise bursts. Bursts of joints outside the chosen chains are left out.
+        The noise bursts. Bursts of joints outside the chosen chains are ignored.
     chosen
         The chains for which to return intervals, by default all. The burst of a joint belongs to
         the joint's own chain or, if that chain is not chosen, to the first chosen chain that
@@ -103,9 +103,9 @@ def frozen_intervals(
 
 
 def at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
-    """Return True if an interval begins or ends at a body step of the named person.
+    """Return True if an interval begins or ends where the body of the named person jumps.
 
-    An interval with an offset many times as large as the step is not regarded as part of the step.
+    An interval with an offset many times as large as this body step is not regarded as part of it.
     """
     edges, largest = {interval.start, interval.stop}, abs(math.degrees(interval.largest))
     return any(
@@ -142,7 +142,7 @@ def _fault(kind: Kind, chain: str, start: int, stop: int, evidence: dict[str, An
 
 
 def frozen_sentence(spans: int) -> str:
-    """Return a sentence about the number of frozen spans, or '' if there are none."""
+    """Return a sentence with the number of frozen spans, or '' if there are none."""
     if not spans:
         return ""
     if spans == 1:

@@ -1,7 +1,7 @@
 """Find carried rolls: a parent P rolls by a wrong angle, and its child C rolls with it.
 
-In a counter-twist, P turns by δ about its bone axis a, and C turns back by δ about the same axis.
-In a carried roll, C also turns by δ about its own bone axis b, so that the local rotations are
+In a counter-twist, P rotates by δ about its bone axis a, and C rotates by −δ about the same axis.
+In a carried roll, C also rotates by δ about its own bone axis b, so the local rotations are
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
@@ -44,16 +44,16 @@ _OUTSTANDING = 4.0
 class CarriedRolls:
     """The analysis of carried rolls, before a threshold is chosen.
 
-    Both mappings are keyed by chain name. Chains without an edge that looks like a carried roll are
-    left out.
+    Both attributes are keyed by chain name. Chains without an edge that looks like a carried roll
+    are omitted.
 
     Attributes
     ----------
     known
-        The consistency detector's analyses of the motion without the roll of the child about its
-        own bone.
+        The consistency detector's analyses of the motion after the child's roll about its own bone
+        is removed.
     signals
-        The signals of the same chains.
+        The signals of these chains.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
@@ -68,7 +68,7 @@ class CarriedRolls:
         return tuple(roll for roll in found if roll is not None)
 
     def _roll(self, found: Interval) -> Interval | None:
-        """Return a detected counter-twist as a carried roll, or None if it is not a carried roll.
+        """Convert a detected counter-twist to a carried roll, or return None if it is not one.
 
         The result is cached.
         """
@@ -81,16 +81,17 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class CarriedRollTest:
-    """A test that finds out which counter-twists of a motion are carried rolls.
+    """A test of whether a counter-twist in a motion is a carried roll.
 
-    The signals of a chain are computed on first use. In a long clip, only the latest few are kept.
+    The signals of a chain are computed on first use. In a long clip, only the signals of the last
+    few chains are cached.
     """
 
     motion: Motion
     _signals: dict[str, ChainSignals] = field(default_factory=dict)
 
     def is_carried(self, chain: Chain, twist: Interval) -> bool:
-        """Return True if the child rolls with the parent in a detected counter-twist of a chain."""
+        """Return True if the child rolls with the parent in a counter-twist of the chain."""
         if not can_have_carried_rolls(chain):
             return False
         if chain.name not in self._signals:
@@ -102,11 +103,11 @@ class CarriedRollTest:
 def analyse_carried_rolls(
     motion: Motion, chains: Iterable[Chain], *, reuse: bool = False
 ) -> CarriedRolls:
-    """Analyse the carried rolls of chains, up to the point where τ is needed.
+    """Analyse the carried rolls of chains as far as possible without a threshold τ.
 
-    `motion` must not contain the known counter-twists, which would be found a second time. If
-    `reuse` is True, its rotations are changed during the analysis, which saves the memory of a
-    copy.
+    Known counter-twists must already be removed from `motion`, or they would be found again. If
+    `reuse` is True, the rotations of `motion` are changed during the analysis instead of copied,
+    which saves memory.
     """
     signals = {}
     for chain in chains:
@@ -131,15 +132,15 @@ def analyse_carried_rolls(
 def can_have_carried_rolls(chain: Chain) -> bool:
     """Return True if carried rolls can be found in a chain.
 
-    The chain must have a grandchild joint, whose position shows the azimuth, and constant bones.
-    Chains of helper bones and of inner pieces of a bone are excluded.
+    The chain must have a grandchild joint, whose position determines the azimuth, and bones of
+    constant direction. Helper bones and inner pieces of a divided bone are excluded.
     """
     constant = chain.axis.ndim == chain.arm.ndim == 1
     return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return a mask, (frames,), of the frames in which a chain is bent enough for a carried roll.
+    """Return a mask of the frames in which a chain is bent enough for a carried roll, (frames,).
 
     The mask is False everywhere if carried rolls cannot be found in the chain.
     """
@@ -149,7 +150,7 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
 
 
 def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:
-    """Group chains so that no two chains of a group share a joint."""
+    """Divide chains into groups in which no two chains share a joint."""
     groups: list[list[Chain]] = []
     for chain in chains:
         fits = (g for g in groups if all(_share_no_joint(chain, other) for other in g))
@@ -164,9 +165,9 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _has_edge(signals: ChainSignals) -> bool:
-    """Return True if a chain's parent turns at least once as in a carried roll.
+    """Return True if a chain moves at least once as at the edge of a carried roll.
 
-    The turn must be far larger than the parent's usual turn.
+    The parent's rotation must be far larger than its usual rotation over the same number of frames.
     """
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
@@ -180,20 +181,20 @@ def _has_edge(signals: ChainSignals) -> bool:
 
 
 def _turned(signals: ChainSignals, at: Index, width: int) -> Mask:
-    """Return a mask, (n,), of the frames `at` in which the joints turn as in a carried roll.
+    """Return a mask of the frames `at` in which the joints rotate as in a carried roll, (n,).
 
-    The turns are measured over `width` frames.
+    The rotations are measured over `width` frames.
     """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return True where parent, azimuth and child turn as in a carried roll.
+    """Return True where the angles of a parent and child change as in a carried roll.
 
-    The azimuth turns back by about the angle of the parent, and the child rolls by about this
-    angle. `x` is the turn of the parent, `azimuth` the turn of the azimuth, and `roll` the roll of
-    the child, in degrees.
+    If the parent twists by an angle, the azimuth changes by about minus this angle, and the child
+    rolls by about this angle. `x` is the parent's twist, `azimuth` the change of the azimuth, and
+    `roll` the child's roll, in degrees.
     """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)

@@ -1,8 +1,8 @@
 """Find bones that are twisted relative to their child by a constant angle in the whole clip.
 
 In a constant counter-twist, the twist of a parent P is off by δ and the twist of its child C by −δ
-in every frame. There is no edge, and no position changes, so such an offset is found only by
-comparison. It is listed but never corrected. A bone is compared with
+in every frame. There is no edge, and no position changes, so such an offset can be found only by
+comparison. It is reported but never corrected. A bone is compared with
 
 - the same bone on the other side of the body, because a body is symmetric on average; mirrored
   twists have opposite signs
@@ -48,12 +48,12 @@ class ConstantOffset:
     degrees
         The constant angle.
     other
-        The chain on the other side, if the sides were compared; None if not.
+        The chain on the other side of the body if the sides were compared, or None.
     reference
         The name of the take with which the clip was compared, or '' for the other side or the rest
         pose.
     clear
-        True if the rest pose shows that this chain is wrong and not `other`.
+        True if the rest pose shows that this chain, not `other`, is the wrong one.
     """
 
     chain: Chain
@@ -82,14 +82,14 @@ class ConstantOffset:
 
 @dataclass(frozen=True)
 class _Usual:
-    """The usual angle of a joint's twist, in radians, and its circular variance, 0…1."""
+    """The usual twist angle of a joint, in radians, and its circular variance, 0…1."""
 
     angle: float
     varies: float
 
     @property
     def mirrored(self) -> _Usual:
-        """The twist of the same joint on the other side of the body."""
+        """The twist expected of the corresponding joint on the other side of the body."""
         return _Usual(-self.angle, self.varies)
 
 
@@ -98,7 +98,7 @@ _REST: _Twists = (_Usual(0.0, 0.0), _Usual(0.0, 0.0))
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Find the chains with a constant offset, compared with the other side or the rest pose."""
+    """Find the chains with a constant offset from the body's other side or the rest pose."""
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
     by_side = _lowest(
         offset
@@ -114,7 +114,7 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 def offsets_from(
     motion: Motion, chains: Sequence[Chain], reference: Motion, name: str
 ) -> tuple[ConstantOffset, ...]:
-    """Find the chains with a constant offset, compared with another take of the same skeleton.
+    """Find the chains with a constant offset from another take of the same skeleton.
 
     `reference` is the other take and `name` is its name. Raises ClipMismatchError if its skeleton
     is different.
@@ -126,10 +126,10 @@ def offsets_from(
 
 
 def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], name: str) -> None:
-    """Raise ClipMismatchError if a reference has different joints, or different bones in chains.
+    """Raise ClipMismatchError if a reference skeleton has different joints or chain bones.
 
-    Different bone lengths and slightly different directions are accepted, since another person may
-    have the same joints.
+    Different bone lengths and slightly different directions are accepted, because the reference may
+    be the skeleton of another person.
     """
     wanted = f"{name}: expected a reference with the same skeleton as the clip"
     if len(own) != len(other):
@@ -155,7 +155,7 @@ def _offsets(
     *,
     exact: bool = False,
 ) -> tuple[ConstantOffset, ...]:
-    """Return the constant offsets of chains from their expected twists.
+    """Return the constant offsets of chains relative to their expected twists.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def _offsets(
 def _between_sides(
     left: Chain, right: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> ConstantOffset | None:
-    """Return the constant offset of a bone that exists on both sides, or None."""
+    """Return the constant offset between a left and a right bone, or None if there is none."""
     of_left, of_right = usual[left.name], usual[right.name]
     if of_left is None or of_right is None:
         return None
@@ -217,18 +217,18 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """Return True if the chain below has no usual twist.
+    """Return True if the next chain below has no usual twist.
 
-    A turn in that chain may then be mistaken for a turn of this chain's child.
+    A twist in that chain may then be mistaken for a twist of this chain's child.
     """
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Return the offsets, leaving out any bone directly above another bone with an offset.
+    """Return the offsets, excluding bones directly above another bone with an offset.
 
-    An error of a bone also turns the child joint of the bone above, so the lower bone is the wrong
-    one.
+    An error of a bone also rotates the child joint of the bone above, so the lower bone is the
+    wrong one.
     """
     offsets = tuple(found)
     parents = {one.parent for o in offsets for one in (o.chain, o.other) if one is not None}
@@ -236,7 +236,7 @@ def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
-    """Yield (left, right) for each bone, or piece of a bone, that a person has on both sides."""
+    """Yield the left and right chain of each bone, or piece of a bone, that has both."""
     places: dict[tuple[str, str, int], dict[str, Chain]] = {}
     counts: dict[tuple[str, str, str], int] = {}
     for chain in chains:
@@ -251,13 +251,13 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
 
 
 def _usual_twists(motion: Motion, chain: Chain) -> _Twists | None:
-    """Return the usual twists of a chain's parent and child, or None if one is undefined."""
+    """Return the usual twists of a chain's parent and child, or None if either is undefined."""
     of_p, of_c = (_usual(motion, chain, joint) for joint in (chain.parent, chain.child))
     return None if of_p is None or of_c is None else (of_p, of_c)
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
-    """Return the circular median of a joint's twist about a chain's bone, or None if undefined."""
+    """Return a joint's usual twist about a chain's bone, or None if the twist varies too much."""
     if chain.axis.ndim > 1:
         return None
     angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)

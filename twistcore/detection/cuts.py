@@ -1,4 +1,4 @@
-"""Find discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
+"""Find discontinuities of a clip, such as cuts or a T-pose at its start or end [Method, step 7].
 
 Discontinuities divide a clip into segments. They are not errors.
 """
@@ -34,10 +34,10 @@ BLOCK_SECONDS = 0.13
 
 
 def find_cuts(motion: Motion) -> Mask:
-    """Return a mask, (frames,), of the frames whose step from the previous frame is not motion.
+    """Return a mask of the frames whose change from the previous frame is not motion, (frames,).
 
-    Such a step is a cut, or part of a blend from the clip's first pose or into a rest pose at its
-    end.
+    Such a change is a cut, or part of a blend from the clip's first pose or into a rest pose at the
+    clip's end.
     """
     return _cuts(motion).copy()
 
@@ -57,9 +57,9 @@ def _cuts(motion: Motion) -> Mask:
 
 
 def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
-    """Convert the cuts of a clip without its held frames to a mask for the whole clip.
+    """Expand a mask of the cuts in a clip without held (repeated) frames to the whole clip.
 
-    Frames that are held during a blend belong to the blend.
+    Held frames within a blend belong to the blend.
     """
     full = np.zeros(held.frames, dtype=bool)
     full[held.first] = cut
@@ -70,9 +70,9 @@ def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
 def _jumps(motion: Motion) -> Mask:
     """Return a mask of the frames in which the bends of most joints jump at the same time.
 
-    A joint votes for a cut if its bend changes by more than JUMP times its pace. Its pace is the
-    median change in the block of the frame or in the calmer neighbouring block, whichever is
-    larger. The votes must exceed the fraction SHARE of the joints that bend at any time.
+    A joint votes for a cut if its bend changes by more than JUMP times the joint's pace. A pace is
+    the median change in the block of the frame or in the calmer neighbouring block, whichever is
+    larger. At a cut, more than the fraction SHARE of the joints that ever bend must vote.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
@@ -106,7 +106,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return the segments [low, high) between cuts, without segments too short to examine."""
+    """Return the segments [low, high) between cuts, excluding those too short to examine."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
@@ -115,11 +115,11 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
 
 
 def leading_frames(motion: Motion) -> int:
-    """Return the number of frames at the start that are a rest pose or a blend from it.
+    """Return the number of frames at the start of a clip that are a rest pose or a blend from it.
 
-    They end at the last cut (:func:`find_cuts`) within 12 transitions after the first pose, which
-    may be held. If that cut belongs to a longer blend, all frames of the blend are included. In CMU
-    clips, only frame 0 is such a pose; in the Daz conversion, the first 8 to 12 frames are.
+    These frames end at the last cut (:func:`find_cuts`) within 12 transitions after the first pose,
+    which may be held. If that cut belongs to a longer blend, all frames of the blend are included.
+    In CMU clips, this is only frame 0; in the Daz conversion, it is the first 8 to 12 frames.
     """
     cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
@@ -130,12 +130,12 @@ def leading_frames(motion: Motion) -> int:
 
 
 def trailing_frames(motion: Motion) -> int:
-    """Return the number of frames at the end that are a blend into a rest pose."""
+    """Return the number of frames at the end of a clip that blend into a rest pose."""
     return rest_frames(motion.rotations, motion.fps)
 
 
 def border_notes(motion: Motion) -> tuple[str, ...]:
-    """Return notes about frames that are ignored at the start and the end of a clip.
+    """Return notes about ignored frames at the start and the end of a clip.
 
     A single ignored frame at the start is not mentioned.
     """

@@ -21,18 +21,18 @@ Known = TypeVar("Known")
 
 @dataclass(frozen=True, eq=False)
 class KindSearch:
-    """The clip in which a finder searches for errors, with its known errors and corrections.
+    """The input of a finder: a clip, with its known errors and automatic corrections.
 
     Parameters
     ----------
     motion : Motion
         The clip as it was captured.
     chains : tuple of Chain
-        The chains of all limbs. Each detection belongs to one of them.
+        The chains of all limbs. Each error belongs to one of them.
     chosen : tuple of Chain
-        The chains for which to list errors: all or some of `chains`.
+        The chains for which to report errors: all or some of `chains`.
     whole : bool
-        False if the clip has more chains than `chains`. Joints outside `chains` are then not
+        True if `chains` contains all chains of the clip. If False, joints outside `chains` are not
         searched.
     named : tuple of Chain
         All chains, twist bones and limbs to which known errors may belong.
@@ -40,13 +40,13 @@ class KindSearch:
         Function that returns the known errors: the intervals of all correctable kinds at the
         automatic τ.
     corrected : callable
-        Function without arguments that returns a function for frames of the corrected motion, or
-        None if there are no automatic corrections.
+        Function without arguments that returns a function that computes frames of the corrected
+        motion, or None if there are no automatic corrections.
     without : callable, optional
-        Function that takes a list of errors and returns a function for frames of the motion without
-        these errors.
+        Function that takes a list of errors and returns a function that computes frames of the
+        motion without these errors.
     captured : KindSearch, optional
-        The same search without known errors and corrections. None if this search has none.
+        The same input without known errors and corrections, or None if this input has none.
     """
 
     motion: Motion
@@ -61,7 +61,7 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def corrected_motion(self) -> Motion:
-        """Return the motion after all automatic corrections. It is computed only once."""
+        """Return the motion after all automatic corrections. The result is cached."""
         return self.once(_corrected)
 
     def joint_of(self, interval: Interval) -> int:
@@ -72,7 +72,7 @@ class KindSearch:
         return self.motion.skeleton.index(interval.joint)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return `work(self)`, which is computed once and cached for the finders of all kinds.
+        """Return `work(self)`. The result is computed once and shared by the finders of all kinds.
 
         Callers must not change the result, and the result must not depend on `chosen`.
         """

@@ -18,9 +18,9 @@ _ALIVE = 0.7  # minimum share of the other frames in which the limb moves
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
     """Return (limb, start, stop) for each span of frames [start, stop) in which a limb is frozen.
 
-    `limb` is the limb's name. The spans are sorted by start. A span at the start or the end of the
-    clip is left out, because a pose may be held there on purpose. A clip with held frames has no
-    spans.
+    `limb` is the limb's name. The spans are sorted by start. Spans at the start or the end of the
+    clip are excluded, because a pose may be held there on purpose. For a clip with held (repeated)
+    frames, the result is empty.
     """
     if motion.frames < 3 or without_held(motion) is not None:
         return ()
@@ -46,7 +46,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
 
 
 def limb_of(chain: Chain) -> str:
-    """Return the name of a chain's limb, such as 'left arm', or '' for a chain of the trunk."""
+    """Return the name of a chain's limb, such as 'left arm', or '' for a chain in the trunk."""
     if not chain.side:
         return ""
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"

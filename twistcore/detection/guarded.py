@@ -1,4 +1,4 @@
-"""Check the results of detectors by other authors.
+"""Check the results of third-party detectors.
 
 A failure is reported as a TwistError whose one-sentence message names the detector.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def as_twist_error(what: str) -> Iterator[None]:
-    """Convert any error in a block of code to a TwistError with a message that begins with `what`.
+    """Convert any exception in a `with` block to a TwistError whose message begins with `what`.
 
     A MemoryError is not converted.
     """
@@ -46,9 +46,9 @@ class GuardedDetector:
     Parameters
     ----------
     detector
-        The detector to guard.
+        The detector.
     place
-        The file and class from which it was loaded, or ''.
+        The file and class from which the detector was loaded, or ''.
     """
 
     def __init__(self, detector: Detector, place: str = "") -> None:
@@ -56,13 +56,13 @@ class GuardedDetector:
 
     @property
     def info(self) -> DetectorInfo:
-        """The information that the program shows about the detector."""
+        """The detector's description: its name and the texts that the program shows."""
         return self.detector.info
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Analyse chains of a motion, up to the point where τ is needed.
+        """Analyse chains of a motion as far as possible without a threshold τ.
 
         The strength, the automatic τ and the intervals at this τ are computed immediately for each
         chain, so that most failures occur in this method. Raises TwistError if the detector fails.
@@ -83,7 +83,7 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector, whose methods raise TwistError if a result is wrong."""
+    """The analysis of a third-party detector. Its methods raise TwistError for invalid results."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
@@ -157,7 +157,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """A callable that returns the evidence for an interval, or an error if the detector fails."""
+    """A callable that returns an interval's evidence, or the error message if this fails."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

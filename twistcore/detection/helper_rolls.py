@@ -1,8 +1,8 @@
 """Find helper rolls, in which a twist bone (helper) rolls by a wrong angle while no joint does.
 
-The cause may be a jump, or a driver of the rig that flips at ±180°. A helper normally passes on a
-share of the roll of the joint C at the end of its bone. If the helper jumps about the bone while C
-does not jump and the helper's parent does not turn the other way, only the helper is wrong.
+The cause may be a jump, or a driver of the rig that flips at ±180°. A helper normally follows a
+fraction of the roll of the joint C at the end of its bone. If the helper jumps about the bone while
+C does not jump and the helper's parent does not rotate the other way, only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class HelperAnalysis:
     helpers
         The analysis of the jumps of each helper about its bone, keyed by name.
     own
-        The angle by which each helper turns alone in each frame, in radians, shape (frames,), keyed
-        by name.
+        The angle by which each helper alone rotates in each frame, in radians, shape (frames,),
+        keyed by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
@@ -73,14 +73,14 @@ class HelperAnalysis:
         )
 
     def _alone(self, helper: str, interval: Interval) -> bool:
-        """Return True if the helper turned alone at an edge of the interval."""
+        """Return True if only the helper rotates at an edge of the interval."""
         own = self.own[helper]
         edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Analyse the rolls of helpers, up to the point where τ is needed."""
+    """Analyse the rolls of helpers as far as possible without a threshold τ."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -118,7 +118,7 @@ def roll_curve(motion: Motion, helper: Helper) -> Array:
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
     """Return the evidence for an interval, keyed by name: the helper's jumps at both edges.
 
-    `own` contains the angle by which only the helper turns in each frame, in radians, (frames,).
+    `own` contains the angle by which only the helper rotates in each frame, in radians, (frames,).
     """
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
@@ -131,7 +131,7 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the turns of a helper that no neighbouring joint explains, in radians, (frames,).
+    """Return a helper's rotations that no neighbouring joint explains, in radians, (frames,).
 
     `roll`, `driver` and `over` are the twist increments of the helper, of the joint at the end of
     its bone, and of the helper's parent.

@@ -30,28 +30,28 @@ class Interval:
         The first frame, counted from 0, and the frame after the last one.
     offset : ndarray, shape (stop − start,)
         The wrong angle in each frame, radians, by which the parent joint is twisted or, in a limb
-        flip, the limb is turned about the line between its ends. 0 for kinds without an offset.
+        flip, the limb is rotated about the line between its ends. 0 for kinds without an offset.
     confidence : float, optional
         The probability that the correction is right, 0…1; None if the detector does not compute it.
     open : bool
         True if the frames outside the interval may be the wrong ones, or if only one joint is
         wrong. Such an interval is not corrected automatically.
     residual : float
-        The offset that remains after the last edge, radians. For kinds without an offset, the turn
-        of the joint, or σ of a noise burst.
+        The offset that remains after the last edge, radians. For kinds without an offset, the
+        rotation angle of the joint, or σ of a noise burst.
     explain : callable, optional
         Function that returns the evidence. It is called only when the evidence is needed.
     kind : Kind
         The kind of error.
     carried : bool
-        True if the joints below turned with the error: for a limb flip in which the end joint
-        turned with the limb, for every carried roll, and for some errors of a single joint.
+        True if the joints below rotated with the error: for a limb flip in which the end joint
+        rotated with the limb, for every carried roll, and for some errors of a single joint.
     joint : str
         The name of the wrong joint if only one joint is wrong, of the noisiest joint of a noise
         burst, or of the first joint of a frozen limb.
     followed : float
-        The fraction of the offset that the child turned back. This is 1 unless the child clearly
-        turned back only a part.
+        The fraction of the offset that the child compensates. This is 1 unless the child clearly
+        compensates only a part.
 
     Examples
     --------
@@ -89,7 +89,7 @@ class Interval:
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for pickling, in which `explain` does not refer to the analysis."""
+        """Return the state for pickling, with evidence that no longer refers to the analysis."""
         computed = "as_written", "for_review"
         own = {name: value for name, value in vars(self).items() if name not in computed}
         evidence = self.evidence
@@ -100,8 +100,8 @@ class Interval:
         """The interval with its offset rounded as in files: nine decimals of a degree, no −0.0.
 
         The result is cached in the interval, because a detector returns mostly the same intervals
-        while a person drags τ. A separate cache would keep intervals in memory after their clip is
-        closed. The clip would then stay in memory as well, because `explain` refers to it.
+        while a user drags τ. A separate cache would keep intervals, and the clip to which their
+        `explain` refers, in memory after the clip is closed.
         """
         offset = self.offset
         one = (
@@ -112,11 +112,11 @@ class Interval:
 
     @cached_property
     def for_review(self) -> Interval:
-        """The interval as a review stores it, with the offset that accepting it removes.
+        """The interval as stored in a review, with the offset to remove if a person accepts it.
 
-        For kinds that only a person can correct, a detected interval has the offset 0, so that it
-        is not corrected automatically. In a review, its offset is the value `correction_deg` of the
-        evidence, or `residual` if there is no such value.
+        For kinds that are corrected only if a person accepts them, a detected interval has an
+        offset of 0, so it is not corrected automatically. In a review, its offset is the value
+        `correction_deg` of the evidence, or `residual` if there is no such value.
         """
         if not self.kind.info.repairer:
             return self.as_written
@@ -126,7 +126,7 @@ class Interval:
 
     @property
     def frames(self) -> int:
-        """The number of frames of the interval."""
+        """The number of frames in the interval."""
         return self.stop - self.start
 
     @property
@@ -136,7 +136,7 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle to list in tables, in radians.
+        """The angle shown in tables, in radians.
 
         This is the median offset if the interval is correctable, and `residual` if not.
         """
@@ -151,7 +151,7 @@ class Interval:
     def soft_ended(self) -> bool:
         """True for a counter-twist that begins or ends gradually.
 
-        Its first or last offset is then below a quarter of the largest offset.
+        This means that its first or last offset is less than a quarter of its largest offset.
         """
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False
@@ -169,10 +169,10 @@ class Interval:
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` with a number of digits after the decimal point, such as '+90.0°'.
+        """Return `shown` as a string such as '+90.0°'. `digits` is the number of decimal places.
 
-        The text is '±8.0°' for a kind without a direction, such as noise, and '–' for frozen
-        frames.
+        The string has the form '±8.0°' for a kind without a direction, such as noise, and is '–'
+        for frozen frames.
         """
         if not (sign := self.kind.info.sign):
             return "–"
@@ -194,8 +194,8 @@ class Interval:
     def correctable(self) -> bool:
         """True if the motion changes when a person accepts the interval.
 
-        In reviews of earlier versions, errors of a single joint have no offset, and accepting them
-        did not change the motion.
+        In reviews from earlier versions, single-joint errors have no offset, and accepting them
+        does not change the motion.
         """
         return self.repairable or (self.kind.correctable and bool(self.offset.any()))
 
@@ -207,14 +207,14 @@ class Interval:
     def may_be_same(self, other: Interval) -> bool:
         """Return True if another interval may describe the same error.
 
-        Both must have the same chain and kind. For errors of a single joint, the joint must also be
-        the same.
+        The two intervals must have the same chain and kind. For single-joint errors, the joint must
+        also be the same.
         """
         same = (self.chain, self.kind) == (other.chain, other.kind)
         return same and (self.joint == other.joint or not self.kind.info.repairer)
 
     def with_offset(self, start: int, offset: Array) -> Interval:
-        """Return a copy with a different start and offset. Its `stop` is set to fit the offset."""
+        """Return a copy with a different start and offset. `stop` is set to match the offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
     def within(self, low: int, high: int) -> Interval:

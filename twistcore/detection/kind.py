@@ -1,4 +1,4 @@
-"""The kinds of error. Each is declared in a file of `kinds/`, which loads without numpy."""
+"""The kinds of error. Each kind is declared in a file in `kinds/` that loads without numpy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class KindInfo:
     Parameters
     ----------
     name : str
-        The word for the kind in files, in tables and for ``--kinds``.
+        The name of the kind in files, in tables and for ``--kinds``.
     label : str
         The plural for filters, such as "Lone jumps".
     place : int
@@ -36,8 +36,8 @@ class KindInfo:
     doubt : str
         The reason for the limit `sure`, as a clause.
     of_capture : bool
-        True for a fault of the capture, which is not a twist error. Rules that make a batch fail
-        count such faults only on request.
+        True for a capture fault, which is not a twist error. Rules that make a batch fail count
+        such faults only on request.
     sign : str
         How an angle is written: "+" with its sign, "±" without a direction, "" for a kind without
         an angle.
@@ -53,9 +53,9 @@ class KindInfo:
         `twistcore.analysis.correction.joint_repairs.JointRepair` as 'package.module:NAME', loaded
         on first use. "" for all other kinds.
     turns : bool
-        True if `repairer` turns the joint by the interval's offset, which a person can then edit.
+        True if `repairer` rotates the joint by the interval's offset, which a person can then edit.
     below : bool
-        True if a person can choose whether the joints below turned with the error.
+        True if a person can choose whether the joints below rotated with the error.
     find : str
         The function that finds errors of the kind, as 'package.module:function', loaded on first
         use. It takes a `twistcore.detection.finding.KindSearch` and returns intervals keyed by
@@ -68,14 +68,14 @@ class KindInfo:
         `twistcore.detection.quantity.Quantity`, or None if the interval has no curve. "" for a kind
         whose errors are visible in the angles of the chain or limb.
     colour : str
-        The theme colour of the kind's word in the list of intervals; "" for the text colour.
+        The theme colour of the kind's name in the list of intervals; "" for the text colour.
     counted : str
         The singular for counts; `name` if not given.
     here : str
-        The text about an interval while one of its frames is shown. Placeholders in this and the
-        following texts are {frames}, {span}, {size}, {joint} and {angle}.
+        The text about an interval while one of its frames is displayed. Placeholders in this and
+        the following texts are {frames}, {span}, {size}, {joint} and {angle}.
     named : str
-        The text about an interval near the frame that is shown.
+        The text about an interval near the displayed frame.
     legend : str
         The text for the 3D view.
     tip : str
@@ -83,8 +83,8 @@ class KindInfo:
     why : str
         A sentence about the error, which may contain only {joint} and {size}.
     happens : str
-        A clause for the name of a group of errors, such as "{part} jumps". If not given, the part
-        of the body and the name of the kind are used.
+        A clause for the name of an error group, such as "{part} jumps". By default, the body part
+        and the name of the kind are used.
     offer : str
         A sentence about the effect of accepting the interval, which may contain only {joint} and
         {size}.
@@ -127,7 +127,7 @@ def plural_name(word: str) -> str:
 
 
 class _Kinds(type):
-    """The metaclass of Kind, which makes `Kind.LONE_JUMP` and `for kind in Kind` possible."""
+    """The metaclass of Kind, which supports `Kind.LONE_JUMP` and `for kind in Kind`."""
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -148,9 +148,9 @@ class Kind(str, metaclass=_Kinds):
     Parameters
     ----------
     value : str
-        The name, in upper or lower case, with ``-``, ``_`` or spaces between its parts. An unknown
-        name, as in a session of a later version, creates a kind that is reported but never
-        corrected.
+        The name, in upper or lower case, with ``-``, ``_`` or spaces between its words. An unknown
+        name, for example in a session file from a later version, creates a kind that is reported
+        but never corrected.
 
     Examples
     --------
@@ -207,7 +207,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True for a kind of twist error that can be corrected. Summaries count only such kinds."""
+        """True for a kind of twist error that can be corrected. Summaries count only these."""
         return bool(self.info.repair)
 
     @property
@@ -217,7 +217,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def by_angle(self) -> bool:
-        """True if a correction turns a joint by an offset that a person can edit."""
+        """True if a correction rotates a joint by an offset that a person can edit."""
         return bool(self.info.repair) or self.info.turns
 
     @property
@@ -227,7 +227,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, which is not a twist error.
+        """True for a capture fault, which is not a twist error.
 
         Rules that make a batch fail count such faults only on request.
         """
@@ -242,7 +242,7 @@ def _made(name: str, info: KindInfo) -> Kind:
 
 @cache
 def _known() -> Mapping[str, Kind]:
-    """Return all kinds, keyed by their file names in upper case, in the order of `place`."""
+    """Return all kinds, keyed by file name in upper case, in the order of `place`."""
     from importlib import import_module
     from pkgutil import iter_modules
 
@@ -260,7 +260,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
     """Return the kinds from installed packages, keyed by entry point name in upper case.
 
     `taken` contains the names in use. A kind that cannot be loaded, or whose name is in use, is
-    left out with a warning.
+    skipped with a warning.
     """
     if not _announced():
         return {}
@@ -287,9 +287,9 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """Return True if an installed package provides a kind.
+    """Return True if an installed package provides a kind of error.
 
-    This is ten times as fast as a call of `entry_points`.
+    This is ten times as fast as a call to `entry_points`.
     """
     for folder in dict.fromkeys(sys.path):
         try:

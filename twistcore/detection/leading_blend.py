@@ -1,11 +1,11 @@
 """Find a blend from a first pose, during which all joints follow the same course s(t) [Method].
 
 A published clip often begins in a T-pose that is blended into the capture. Each joint moves from
-its first rotation towards the capture, and at time t it has covered the fraction s(t) of the way.
+its first rotation towards the capture, and at time t it has covered the fraction s(t) of the path.
 The fraction is the same for all joints, in linear and in eased blends, and whether rotations or
 channels are interpolated. At the beginning and the end of the blend, the acceleration of each joint
-therefore points along its own path and is proportional to s″(t). Natural motion has no such common
-course, so no s explains more than a small part of its accelerations.
+therefore points along the joint's path and is proportional to s″(t). Natural motion has no such
+common course, so no s explains more than a small part of its accelerations.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ BEHIND = 6  # minimum number of captured frames after the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return the number of frames after frame 0 that repeat its pose.
+    """Return the number of frames directly after frame 0 that repeat the pose of frame 0.
 
     `rotations` has the shape (frames, joints, 4).
     """
@@ -51,7 +51,7 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """Return the number of frames at the end that repeat a rest pose or blend into it.
+    """Return the number of frames at the end of a clip that repeat a rest pose or blend into it.
 
     `rotations` has the shape (frames, joints, 4).
     """
@@ -64,7 +64,7 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     """Return the first frame after a blend from frame 0, or 0 if there is no blend.
 
     `rotations` has the shape (frames, joints, 4). If `from_rest` is True, only a blend from a rest
-    pose is searched for, a pose in which many joints have zero rotation.
+    pose (in which many joints have zero rotation) is searched for.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -94,9 +94,9 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 def _unexplained_shares(way: Array, length: int) -> Array | None:
     """Return the share of each joint's acceleration that a blend does not explain, weighted by s″².
 
-    `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
-    the length of the blend in frames. Joints that move little are left out. The result is None if
-    most joints move little, or if s does not look like a blend.
+    `way` contains the differences from the first quaternion, shape (joints, frames, 4), and
+    `length` is the length of the blend in frames. Joints that move little are omitted. The result
+    is None if most joints move little, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -108,7 +108,7 @@ def _unexplained_shares(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """Return True if s, (frames,), soon begins to rise and takes several frames to reach 1."""
+    """Return True if s(t), (frames,), begins to rise early and takes several frames to reach 1."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
@@ -116,9 +116,10 @@ def _like_a_blend(s: Array) -> bool:
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
     """Return the paths of the joints that move far, the directions of these paths, and s(t).
 
-    `way` contains the chords from the first rotation, shape (joints, frames, 4). The paths are
-    chords divided by the length of the chord to frame `length`, whose direction is also returned,
-    shape (joints, 4). s is the median of the joints' progress, shape (frames,).
+    `way` contains the differences from the first quaternion, shape (joints, frames, 4). Each path
+    is scaled so that the difference in frame `length` has length 1. The direction of this
+    difference is also returned, shape (joints, 4). s is the median progress of the joints along
+    their directions, shape (frames,).
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))
@@ -130,10 +131,10 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return the squared accelerations, the squares of their parts not explained by s″, and s″.
+    """Return the squared accelerations, their squared residuals after fitting s″, and s″.
 
-    The first two results have the shape (joints, n), and s″ the shape (n,). The arguments are the
-    results of :func:`_course` and the lag of the second differences. Frame 0 is not used.
+    The first two results have the shape (joints, n), and s″ has the shape (n,). The arguments are
+    the results of :func:`_course` and the lag of the second differences. Frame 0 is not used.
     """
     bends, bend = _second_differences(shares[:, 1:], lag), _second_differences(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
@@ -147,10 +148,10 @@ def _second_differences(values: Array, lag: int) -> Array:
 
 
 def _last_frame(way: Array, length: int) -> int:
-    """Return the last frame of a blend: the last in which enough joints follow the course.
+    """Return the last frame of a blend, which is the last in which enough joints follow s(t).
 
-    `way` contains the chords from the first rotation, shape (joints, frames, 4), and `length` is
-    the approximate length of the blend in frames.
+    `way` contains the differences from the first quaternion, shape (joints, frames, 4), and
+    `length` is the approximate length of the blend in frames.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)

@@ -1,11 +1,11 @@
-"""Limbs as rows of chains that share joints, and the effect of an error on adjacent chains.
+"""Limbs as sequences of chains that share joints, and the effect of errors on adjacent chains.
 
 See [Method, step 4].
 
-The twist increments of a chain are x for its parent and y for its child. An error of chain k turns
-the parent of chain k+1 and the child of chain k−1, so it has an *image* in x of chain k+1 and in y
-of chain k−1. The image depends on the pose but not on the level of the error, so the image of an
-increment φ can be removed exactly in its frame:
+The twist increments of a chain are x for its parent and y for its child. An error of chain k
+rotates the parent of chain k+1 and the child of chain k−1, so it has an *image* in x of chain k+1
+and in y of chain k−1. The image depends on the pose and on the increment φ of the error in the same
+frame, but not on earlier increments. It can therefore be removed exactly, frame by frame:
 
     x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
     y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
@@ -33,7 +33,7 @@ from twistcore.skeleton.rotation import (
 class Image:
     """The twist angle of the quaternion cos(φ/2)·plain + sin(φ/2)·turned as a function of φ.
 
-    The angle is 0 for elements that have not been set.
+    The object is an array of such functions. An element that has not been set returns 0.
     """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
@@ -41,16 +41,16 @@ class Image:
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Set `plain` and `turned`, (n, 4), and the axes, (n, 3), of elements at flat indices."""
+        """Set the quaternions, (n, 4), and twist axes, (n, 3), of the elements at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the twist angles of one row or all rows, in radians.
+        """Return the twist angles of the given row or of all rows, in radians.
 
-        `angle` contains φ and has the same shape as the result.
+        `angle` contains φ, in radians, and has the same shape as the result.
         """
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
@@ -58,7 +58,7 @@ class Image:
 
 
 class Limbs:
-    """Limbs of n chains each, in which joint k is the parent and joint k+1 the child of chain k.
+    """Limbs of n chains each. Joint k is the parent and joint k+1 the child of chain k.
 
     Limbs with the same number of chains, such as both arms, are analysed together.
 
@@ -71,7 +71,7 @@ class Limbs:
     step
         The rounding step of the angles in the file, radians; 0 if it is negligible.
     keys
-        The linear keys of the clip, between which the pace of natural motion is constant, or None.
+        The linear keys of the clip, or None. Between two keys, motion has a constant pace.
     """
 
     def __init__(
@@ -97,10 +97,10 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return the limbs with the children of some chains turned about the axes of their chains.
+        """Return a copy in which the children of some chains are rotated about their chains' axes.
 
-        Each item of `turns` is (row of the chain, first frame, angles in radians). The axis of a
-        chain is fixed in the frame of the parent.
+        Each item of `turns` is (row of the chain, first frame, angles in radians). The axis is in
+        the coordinates of the chain's parent.
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -117,15 +117,15 @@ class Limbs:
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
     def with_joints(self, joints: Array) -> Limbs:
-        """Return the limbs with the given local rotations, in the shape of :attr:`joints`."""
+        """Return a copy with different local rotations, which have the shape of :attr:`joints`."""
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """Return the images of errors in runs of `length` successive chains.
+        """Return the effects (images) of errors in runs of `length` chains on adjacent chains.
 
         Row s of the first image is the effect of an error of chain first + s on x of the next
-        chain, and row s of the second image its effect on y of the previous chain. If there is no
-        such chain, the image is 0.
+        chain. Row s of the second image is its effect on y of the previous chain. If there is no
+        next or previous chain, the image is 0.
 
         Parameters
         ----------
@@ -134,8 +134,8 @@ class Limbs:
         length
             The number of chains in each run.
         t
-            The frame of each run as a flat index into (limbs, frames), shape (runs,). The first
-            frame of a limb is not allowed.
+            The frame of each run as a flat index into (limbs, frames), shape (runs,). Frame 0 of a
+            limb is not allowed, because it has no increment.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
@@ -151,8 +151,9 @@ class Limbs:
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
         """Return q(t−1)⁻¹ and q(t) of the joint that two chains share, and the axes of the chains.
 
-        `side` is 1 if `chain` shares the joint with the next chain, and −1 if it shares it with the
-        previous one. The axis of `chain` is returned as a quaternion, the other axis as a vector.
+        `side` is 1 if `chain` shares the joint with the next chain, and −1 for the previous chain.
+        The axis of `chain` is returned as a quaternion, and the axis of the other chain as a
+        vector.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

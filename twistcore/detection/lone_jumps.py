@@ -1,7 +1,7 @@
-"""Find lone jumps, in which a joint turns about its own axis faster than any body can.
+"""Find lone jumps, in which a joint rotates about its own axis faster than any body can.
 
-No segment of a body turns about itself faster than about 7,500°/s; a pitcher's shoulder reaches
-7,000°/s. A faster turn is an error. If no other error explains the turn, it is listed as a lone
+No body segment rotates about its own axis faster than about 7,500°/s; a pitcher's shoulder reaches
+7,000°/s. A faster rotation is an error. If no other error explains it, it is reported as a lone
 jump, for which no correction is known.
 """
 
@@ -36,7 +36,7 @@ _OWN_SHARE = 0.5
 
 
 def largest_natural_turn(fps: float) -> float:
-    """Return the largest natural turn of a joint about its axis per frame, in radians."""
+    """Return the largest natural rotation of a joint about its axis per frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -55,12 +55,12 @@ def lone_jumps(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the lone jumps of chains, keyed by chain name and sorted by start.
 
-    In a lone jump, the joint turns too fast both in world space and relative to its parent. A child
-    that only follows its parent does not jump, and neither does a child that keeps its orientation
-    while its parent turns. Jumps at a cut are left out.
+    In a lone jump, the joint rotates too fast both in world space and relative to its parent. A
+    child that only follows its parent does not jump, and neither does a child that keeps its
+    orientation while its parent rotates. Jumps at a cut are excluded.
 
-    The `residual` of an interval is the turn in the fastest frame of the jump, in radians. The
-    offset is 0, because no correction is known.
+    The `residual` of an interval is the rotation angle in the fastest frame of the jump, in
+    radians. The offset is 0, because no correction is known.
 
     Parameters
     ----------
@@ -110,11 +110,11 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the impossibly fast turns of joints about their axes, keyed by joint.
+    """Return the impossibly fast rotations of joints about their axes, keyed by joint.
 
-    The turns are in radians, shape (frames,), and 0 in all other frames. `among` is the mask of the
-    frames to examine, shape (frames,), and `refined` has the same meaning as in :func:`lone_jumps`.
-    The clip is processed in blocks, because `refined` copies the rotations.
+    The angles are in radians, shape (frames,), and 0 in all other frames. `among` is the mask of
+    the frames to examine, shape (frames,), and `refined` has the same meaning as in
+    :func:`lone_jumps`. The clip is processed in blocks, because `refined` copies the rotations.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -172,27 +172,27 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def too_fast(in_world: Array, own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask of the frames in which a joint turns about its axis faster than any body can.
+    """Return a mask of the frames in which a joint rotates about its axis impossibly fast.
 
-    `in_world` and `own` are the turns of the joint in world space and relative to its parent, from
-    :func:`turns_about`, both (frames,).
+    `in_world` and `own` are the rotation angles per frame in world space and relative to the
+    joint's parent, from :func:`turns_about`, each of shape (frames,).
     """
     return np.asarray((np.abs(in_world) > largest_natural_turn(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask, (frames,), of the frames in which a joint may turn too fast.
+    """Return a mask of the frames in which a joint may rotate too fast, (frames,).
 
-    In these frames, its turns `own` relative to the parent are large. In all other frames, a fast
-    turn in world space is a turn of a joint above.
+    In these frames, the rotations `own` relative to the parent are large. In all other frames, any
+    fast rotation in world space comes from a joint above.
     """
     return np.asarray(np.abs(own) > _OWN_SHARE * largest_natural_turn(fps))
 
 
 def turns_in_world(motion: Motion, joint: int) -> Array:
-    """Return the turns of a joint about its own axis in world space, in radians, (frames,).
+    """Return the rotations of a joint about its own axis in world space, in radians, (frames,).
 
-    Each turn is measured from the previous frame. For a joint without an axis, all are 0.
+    Each angle is relative to the previous frame. For a joint without an axis, all angles are 0.
     """
     turns, axis = np.zeros(motion.frames), own_axis(motion.skeleton, joint)
     if axis is not None:
@@ -213,7 +213,7 @@ def _world_rotations(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the twist about an axis from the previous frame to each frame, in radians.
+    """Return the twist about an axis since the previous frame, for each frame, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
     the shape (frames, …).
@@ -224,7 +224,7 @@ def turns_about(rotations: Array, axis: Array) -> Array:
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
-    """Return the evidence for a jump, keyed by name, in degrees and degrees per second."""
+    """Return the evidence for a jump, keyed by name. Angles are in degrees, speeds in degrees/s."""
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),

@@ -4,12 +4,12 @@ Such an event is
 
 * an *interval* that a detector finds at its automatic τ, even an *open* one: a parent P and its
   child C twist in opposite directions;
-* a *flip*: in one frame, P or C alone turns about the bone by far more than the consistency
+* a *flip*: in one frame, P or C alone rotates about the bone by far more than the consistency
   detector expects from the neighbouring frames (by at least FLIP_DEGREES and FLIP_SIGMA times the
   local scale). No limb can do this, but the solver of a capture or Euler angles at a gimbal lock
-  can. The other joint does not compensate for the turn, so a flip is not a twist error in the sense
-  of [Choi26] and is never an interval;
-* a *limb flip* that is found at the automatic τ: the first joint P of a limb turns about the line
+  can. The other joint does not compensate for the rotation, so a flip is not a twist error in the
+  sense of [Choi26] and is never an interval;
+* a *limb flip* that is found at the automatic τ: the first joint P of a limb rotates about the line
   to the limb's end E.
 
 A chain or limb is *audited* in a clip if it has no event there. A limb flip is also an event of the
@@ -45,7 +45,7 @@ class NaturalEvent:
     kind
         'interval', 'open', 'flip' or 'limb flip'.
     degrees
-        The unexpected turn in a flip, or the median offset of an interval or limb flip.
+        The unexpected rotation in a flip, or the median offset of an interval or limb flip.
     joint
         The index of the joint that flips; for an interval or a limb flip, the parent joint.
     """
@@ -84,7 +84,7 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
 
 
 def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
-    """Return the limb flips among the intervals of a clip without injected errors as events."""
+    """Return the limb flips among the intervals `found`, as events."""
     parent = {limb.name: limb.parent for limb in limbs}
     return [
         NaturalEvent(i.chain, i.kind.value, i.start, i.stop, _degrees(i.delta), parent[i.chain])
@@ -99,7 +99,7 @@ def names_with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited because of an event."""
+    """Return the names of chains and limbs that are affected by an event, so not audited."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:

@@ -1,9 +1,9 @@
 """Find bursts of noise, in which a joint jitters more than any body can.
 
-If a joint has white noise with the standard deviation σ, its turns from frame to frame have the
-variance 2σ², and the changes of these turns have the variance 6σ², three times as much. Natural
-motion is smooth, so its turns change little. Frames in which the changes are larger than the turns
-themselves therefore contain noise, and the size of the changes shows σ.
+If a joint has white noise with the standard deviation σ, its rotations from frame to frame have the
+variance 2σ². The changes of these rotations have the variance 6σ², three times as much. Natural
+motion is smooth, so its rotations change little. Frames in which the changes are larger than the
+rotations themselves therefore contain noise, and the size of the changes determines σ.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest noise σ of any of the joints and their ancestors, in degrees, (frames,).
+    """Return the largest noise σ among the joints and their ancestors, in degrees, (frames,).
 
     The result is 0 in frames without a burst.
     """
@@ -82,7 +82,7 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return the noise σ of a joint in degrees, (frames,), cached with the motion.
+    """Return the noise σ of a joint in degrees, (frames,), from a cache if possible.
 
     Callers must not change the array. The array of a joint without noise takes no memory.
     """
@@ -103,7 +103,7 @@ def _by_joint(motion: Motion) -> dict[int, Array]:
 def _noise_of(motion: Motion, joint: int) -> Array:
     """Return the noise σ of a joint in degrees, (frames,).
 
-    A burst for which the parent or a child of the joint compensates is left out.
+    Bursts for which the parent or a child of the joint compensates are excluded.
     """
     own = motion.rotations[:, joint]
     turns = turns_of(own)
@@ -122,7 +122,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Return the squared changes of rotation vectors per frame, (frames, 3) → (frames,)."""
+    """Return the squared change of a rotation vector in each frame, (frames, 3) → (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -136,10 +136,10 @@ def burst_sentences(
     Parameters
     ----------
     count
-        The number of noise bursts in chains. They share a note.
+        The number of noise bursts in chains, which are reported in a single note.
     outside
         The bursts in joints that belong to no chain, sorted by start. Each group of overlapping
-        bursts has a note with its frames, up to a maximum number of notes.
+        bursts has its own note, up to a maximum number of notes.
     names
         The names of the joints.
     """
@@ -174,14 +174,14 @@ def _sentence(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 def turns_of(q: Array) -> Array:
     """Return the rotation from the previous frame to each frame as a rotation vector.
 
-    `q` has the shape (frames, 4), and the result, in degrees, the shape (frames, 3).
+    `q` has the shape (frames, 4). The result is in degrees and has the shape (frames, 3).
     """
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return the σ of the noise in bursts, in degrees, (frames,), and 0 in all other frames.
+    """Return the noise σ of a joint in each frame, in degrees, (frames,), or 0 outside bursts.
 
     `turns` is the result of :func:`turns_of`.
     """
@@ -233,7 +233,7 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
 
 def _may_be_mostly_true(mask: Mask, width: int) -> bool:
-    """Return False only if no window of `width` values can contain mostly True values of a mask."""
+    """Return True if some window of `width` values in a mask may be mostly True."""
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
 
@@ -241,7 +241,7 @@ def _may_be_mostly_true(mask: Mask, width: int) -> bool:
 def _running_sums(values: Array | Mask, width: int) -> Array:
     """Return the sum of `width` values around each value.
 
-    The ends are treated as in :func:`running_medians`.
+    Both ends are padded as in :func:`running_medians`.
     """
     before = width // 2
     padded = np.pad(values, (before, width - 1 - before), mode="edge")

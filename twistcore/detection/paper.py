@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3, which `detectors/paper.py` declares."""
+"""The computations for the detector of [Choi26] §3.3. `detectors/paper.py` declares it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class PaperAnalysis:
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
-        """Return the running sum that the paper's correction removes at τ, radians, (frames,)."""
+        """Return the running offset that the paper's correction removes, radians, (frames,)."""
         return running_offset(self.signals[chain], tau)
 
 
@@ -61,7 +61,7 @@ def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
 
 
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
-    """Divide the running sum of a chain's errors into intervals that a person can judge.
+    """Divide a chain's running offset into intervals that a person can judge.
 
     `offset` is the result of :func:`running_offset`, and τ is in radians. An interval begins where
     the offset changes, and it ends where the wrapped offset is below τ. The remaining offset is the

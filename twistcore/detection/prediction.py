@@ -1,10 +1,10 @@
 """Predict natural motion from good neighbouring frames, and estimate its scale [Method, step 2].
 
 The signals are the twist increments x and y of the parents and children of all chains, stacked as
-(2, chains, frames). A frame is *good* for a chain if nothing jumps in it. A frame is predicted from
-good frames near it, but not from itself. Most frames have two good neighbours on either side, so
-their predictions are computed once. All other frames, called *irregular*, are predicted again in
-every round. They are given by flat indices into (chains, frames).
+(2, chains, frames). A frame is *good* for a chain if nothing jumps in it. Each frame is predicted
+from nearby good frames, without the frame itself. Most frames have two good neighbours on either
+side, so their predictions are computed only once. All other frames, called *irregular*, are
+predicted again in every round. They are given by flat indices into (chains, frames).
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sums over frames t − half … t + half along the last axis.
+    """Return the sum over frames t − half … t + half for each frame t along the last axis.
 
-    At the ends, the sums include fewer frames.
+    At both ends, the sums include fewer frames.
     """
     n = values.shape[-1]
     kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers are added faster
@@ -112,11 +112,11 @@ def least_scale(step: float) -> float:
 
 
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
-    """Predict the increments between linear keys as the median of each piece between two keys.
+    """Predict the increments between two linear keys by their median.
 
     `signals` and the result are in radians and have the shape (2, chains, frames). `good` is the
-    mask of the frames to use, shape (chains, frames). In a piece without good frames, all frames
-    are used.
+    mask of the frames to use, shape (chains, frames). If there are no good frames between two keys,
+    all frames between them are used.
     """
     frames, n = signals.shape[-1], keys.spacing
     before = (-keys.first - 1) % n  # the first piece began before the clip did
@@ -138,7 +138,7 @@ def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Irregular:
-    """The irregular frames, and the data from which they are predicted.
+    """The irregular frames, and the good frames from which they are predicted.
 
     Attributes
     ----------
@@ -147,10 +147,10 @@ class Irregular:
     near
         The signals in the two good frames before and the two after each frame, shape (2, 4, n).
     cubic, linear
-        The weights of these frames for cubic and for linear prediction, shape (4, n).
+        The weights of these four good frames for cubic and for linear prediction, shape (4, n).
     gap
-        The length of the gap between the nearest good frames, 1 if both direct neighbours are good,
-        shape (n,).
+        The number of frames between the nearest good frames, shape (n,). It is 1 if both direct
+        neighbours are good.
     """
 
     at: Index
@@ -169,10 +169,10 @@ class Irregular:
 
 
 class Predictor:
-    """The predictions of signals, (2, chains, frames), from neighbouring frames.
+    """A predictor of signals, (2, chains, frames), from neighbouring frames.
 
     The attributes `cubic` and `linear` contain the predictions of each frame from its two
-    neighbours on either side, whether these are good or not.
+    neighbours on either side, regardless of whether the neighbours are good.
     """
 
     def __init__(self, signals: Array) -> None:
@@ -186,21 +186,21 @@ class Predictor:
 
     @cached_property
     def cubic_root(self) -> Array:
-        """The square roots of the absolute errors of `cubic`, shape (2, chains, frames)."""
+        """The square roots of the absolute prediction errors of `cubic`, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
 
     @cached_property
     def linear_root(self) -> Array:
-        """The square roots of the absolute errors of `linear`, shape (2, chains, frames)."""
+        """The square roots of the absolute prediction errors of `linear`, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
         """Return the irregular frames, with the weights for their prediction.
 
         A frame is irregular if the frame itself or one of the two frames on either side is not good
-        or has changed, or if it is one of the two frames at an end. The cubic weights belong to the
-        Lagrange polynomial through the two good frames on either side. At an end, the mean of the
-        nearest two good frames is used.
+        or has changed. The first two and the last two frames are always irregular. The cubic
+        weights belong to the Lagrange polynomial through the two good frames on either side. At the
+        start and the end of the clip, the mean of the nearest two good frames is used.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ class Predictor:
         changed
             Mask of the frames whose signals have changed, shape (chains, frames).
         signals
-            The signals with these changes, shape (2, chains, frames).
+            The changed signals, shape (2, chains, frames).
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -224,7 +224,7 @@ class Predictor:
 
 
 def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
-    """Return the irregular frames at flat indices, with the good frames near them.
+    """Return the irregular frames at the given flat indices, with the nearest good frames.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
     at
         The flat indices of the irregular frames.
     frames
-        The number of frames of the clip.
+        The number of frames in the clip.
     """
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
@@ -261,7 +261,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
 
 
 def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
-    """Return the Lagrange weights of samples at −b2, −b, a and a2 for the value at 0, (4, n)."""
+    """Return the Lagrange weights, (4, n), of samples at −b2, −b, a and a2 for the value at 0."""
     p, q = b * a, b2 * a2
     return np.stack(
         [
@@ -274,14 +274,14 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 
 
 class GapGrowth:
-    """The growth of σ with the gap over which a frame is predicted: 1, 3, 5 or 9 frames.
+    """The growth of the prediction error σ with the length of the gap: 1, 3, 5 or 9 frames.
 
-    The growth is measured in the clip itself, by predicting the middle frame of gaps of these
-    lengths.
+    A gap is a run of frames that the prediction does not use. The growth is measured in the clip
+    itself, by predicting the middle frame of gaps of these lengths.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """Measure the errors of predictions over each gap.
+        """Measure the prediction errors for each gap length.
 
         `signals` has the shape (2, chains, frames). `cubic` has the shape (2, chains, 1) and is
         True for cubic and False for linear prediction.
@@ -302,7 +302,7 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return σ at the four gaps relative to a gap of 1, at least 1, (2, chains, 4).
+        """Return σ for each gap length divided by σ for a gap of 1, at least 1, (2, chains, 4).
 
         `good` is the mask of the good frames, (chains, frames). Only these frames are used.
         """
@@ -322,9 +322,9 @@ class GapGrowth:
 
 
 def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
-    """Return the factors by which σ grows over the given gaps, (2, n).
+    """Return the factors by which σ grows for the given gap lengths, (2, n).
 
-    Values between the measured gaps are interpolated on a log-log scale.
+    Values between the measured gap lengths are interpolated on a log-log scale.
 
     Parameters
     ----------
@@ -333,7 +333,7 @@ def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
     chain
         The index of the chain of each gap, shape (n,).
     gap
-        The gaps in frames, shape (n,).
+        The gap lengths in frames, shape (n,).
     """
     level = np.log(growth)
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)

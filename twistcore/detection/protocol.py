@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """The description of a detector, which the detector's file declares.
+    """The description of a detector, which is declared in the detector's file.
 
     Parameters
     ----------
     name : str
-        The word for ``--method``, files and profiles: lower-case letters, digits, ``-`` and ``_``.
+        The name for ``--method``, files and profiles: lower-case letters, digits, ``-`` and ``_``.
     label : str
         The detector's name for use within a sentence: "the paper's detector".
     measures : str
@@ -57,7 +57,7 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if the strength is m(t) of [Choi26], so m(t) needs no separate curve."""
+        """True if the strength is m(t) of [Choi26]. No separate curve for m(t) is then needed."""
         return self.strength == "m"
 
     @property
@@ -92,13 +92,13 @@ class Detector(Protocol):
 
     @property
     def info(self) -> DetectorInfo:
-        """The information that the program shows about the detector."""
+        """The detector's description: its name and the texts that the program shows."""
         ...
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse chains of a motion, up to the point where τ is needed.
+        """Analyse chains of a motion as far as possible without a threshold τ.
 
         `tell` is called with the progress, from 0 to 1.
         """

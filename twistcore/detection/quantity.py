@@ -1,6 +1,6 @@
 """Curves that show why an interval is listed, such as the flexion of a knee, with their limits.
 
-:attr:`KindInfo.quantity` names the function that computes the curve for a kind of error.
+The function that computes the curve for a kind of error is named in :attr:`KindInfo.quantity`.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class Quantity:
     Attributes
     ----------
     label
-        The title of the curve, which names the quantity and the joint.
+        The title of the curve: the quantity and the joint.
     values
         The quantity in each frame, shape (frames,), NaN where it is undefined.
     limit
         The value beyond which an interval is listed, shape (frames,); None if there is no limit.
     size
-        The size of the interval that tables list, in the same unit; None if there is none.
+        The size of the interval as shown in tables, in the same unit; None if there is none.
     unit
         The unit to append to a number, with a leading space if needed.
     """
@@ -73,7 +73,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
 
 @dataclass(frozen=True, eq=False)
 class OwnFrames:
-    """A motion without its held (repeated) frames, and a map to it from the frames of the clip.
+    """A motion without its held (repeated) frames, and a map from the clip's frames to its frames.
 
     Attributes
     ----------
@@ -91,7 +91,8 @@ class OwnFrames:
     def of(cls, motion: Motion, held: DistinctFrames | None = None) -> OwnFrames:
         """Return a motion without its held frames.
 
-        `held` contains the frames to keep, by default all that do not repeat the previous frame.
+        `held` contains the frames to keep. By default, these are all frames that do not repeat the
+        previous frame.
         """
         held = held or without_held(motion)
         frames = np.arange(motion.frames)
@@ -111,10 +112,10 @@ class OwnFrames:
     def examined(
         self, values: Array, interval: Interval, *, around: int = 0, ends: int = 0
     ) -> Array:
-        """Expand values per frame of `motion` to the clip's frames, with NaN where unsearched.
+        """Expand values per frame of `motion` to the clip's frames, with NaN in ignored frames.
 
-        The `ends` frames at each end of the clip and the frames at most `around` frames from a cut
-        are not searched. Frames of the interval never become NaN.
+        The first and last `ends` frames of the clip and the frames at most `around` frames from a
+        cut are ignored. Frames of the interval never become NaN.
         """
         cut, frames = find_cuts(self.motion), self.motion.frames
         left_out = cut.copy()
@@ -126,5 +127,5 @@ class OwnFrames:
         return np.where(left_out, np.nan, values)[self.at]
 
     def level(self, value: float) -> Array:
-        """Return a curve with a constant value over the clip."""
+        """Return a curve with a constant value in all frames of the clip."""
         return np.full(len(self.at), value)

@@ -1,4 +1,4 @@
-"""The registry of detectors: built-in, from installed packages, from a file, or from a program.
+"""The registry of detectors: built-in, from installed packages, from a file, or from Python code.
 
 The names of detectors come from lists of files and of entry points, so the command line can show
 them without loading a detector or numpy. Everything that a table, a menu or a plot shows about a
@@ -34,7 +34,7 @@ _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """A mapping of all detectors by name: first the default, then built-in, then external ones.
+    """A mapping from names to detectors: first the default, then built-in, then external ones.
 
     A detector is loaded on first use. Access by name raises KeyError if there is no such detector,
     and TwistError if it cannot be loaded.
@@ -78,7 +78,7 @@ class Detectors(Mapping[str, Detector]):
             raise TwistError(f"no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
-        """Add a detector, or replace an earlier one with the same name.
+        """Add a detector, or replace an earlier detector with the same name.
 
         Returns the guarded detector, which reports failures as a TwistError. `place` is the file
         and class from which the detector was loaded, or ''. Raises TwistError if `detector` is not
@@ -131,14 +131,14 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the given name if a detector of that name can be loaded, or the default name."""
+        """Return `name` if a detector of that name can be loaded, or the name of the default."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a string that changes when an external detector changes; '' for built-in ones."""
+        """Return a string that changes whenever an external detector changes; '' if built in."""
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -153,7 +153,10 @@ class Detectors(Mapping[str, Detector]):
         return self._loaded[name, place]
 
     def _of_file(self) -> dict[str, GuardedDetector]:
-        """Return all registered detectors, after loading the one in FILE_VARIABLE if necessary."""
+        """Return all registered detectors.
+
+        If the environment variable FILE_VARIABLE names a detector, it is loaded first.
+        """
         place = os.environ.get(FILE_VARIABLE, "")
         if place and all(d.place != place for d in self._given.values()):
             self.load(place)
@@ -227,7 +230,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
     """Return the entry points of detectors in installed packages, keyed by name.
 
-    The argument is `sys.path`, the key of the cache. No detector is loaded.
+    The argument is `sys.path`, which is the cache key. No detector is loaded.
     """
     from importlib.metadata import entry_points  # takes 20 ms, and few commands need it
 
@@ -281,7 +284,7 @@ def _mark_of_file(path: Path) -> str:
 
 
 def _checked(found: Any, where: str) -> Detector:
-    """Return a detector after checking it, or an instance of it if a class is given.
+    """Check a detector and return it. If a class is given, return an instance of the class.
 
     `where` describes the detector in error messages. Raises TwistError if the object is not a
     detector; the message names the missing part.

@@ -14,8 +14,8 @@ CAP = 14.0  # nats: a residual above about 16 σ is a jump, and all jumps are eq
 
 
 def residual_cost(z: Array, cap: float | Array = CAP) -> Array:
-    """Return the costs, in nats, of residuals that are z times σ, at most `cap`.
+    """Return the costs, in nats, of residuals that are z times σ.
 
-    The cost is the negative log-likelihood relative to a residual of 0.
+    The cost is the negative log-likelihood relative to a residual of 0, limited to `cap`.
     """
     return np.minimum(0.5 * (NU + 1.0) * np.log1p(z * z / NU), cap)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 class Span(Protocol):
-    """Anything with a span of frames [start, stop)."""
+    """An object with a span of frames [start, stop)."""
 
     @property
     def start(self) -> int:

@@ -3,10 +3,10 @@
 A captured motion jitters slightly in every frame, and no body moves as evenly as a filtered
 motion. Fine movement is measured by the fourth difference, the deviation from an even curve over
 five frames. It is ten to ten thousand times smaller where a joint was smoothed, but it is also
-smaller where the joint moves slowly. A joint is therefore compared with other frames of its own
-motion at the same or a lower pace. If there are none, it is compared with its slowest frames, and
+smaller where the joint moves slowly. A joint is therefore compared with other frames of its motion
+in which it moves at most as fast. If there are none, it is compared with its slowest frames, and
 less fine movement is expected at a lower pace. A joint at rest is therefore not mistaken for a
-smoothed one.
+smoothed joint.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
+    """Frames [start, stop) in which a joint's motion was smoothed or a gap in it was filled.
 
-    `times` is the factor by which the joint's fine movement is smaller than in most of the clip.
+    `times` is the ratio of the joint's fine movement in most of the clip to that in the span.
     """
 
     joint: int
@@ -61,7 +61,8 @@ class SmoothedSpan:
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     """Return the smoothed spans of all joints, sorted by start.
 
-    The result is empty for clips with coarse angles, because their fine movement is only rounding.
+    The result is empty for clips with coarsely rounded angles, because their fine movement is
+    mostly rounding error.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     if motion.frames < 2 * width or motion.angle_step:
@@ -100,7 +101,7 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
     """Return the notes about smoothed spans, which must be sorted by start.
 
     Overlapping spans share a note. The first few notes are returned, followed by a note with the
-    number of the others. `names` contains the names of the joints.
+    number of remaining notes. `names` contains the names of the joints.
     """
     groups = overlapping(spans)
     said = [_sentence(group, names) for group in groups[:_MOST]]
@@ -125,7 +126,7 @@ def _sentence(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Return log10 of the speed and of the fine movement of joints, in degrees per frame.
+    """Return log10 of the speed and the fine movement of joints, in degrees per frame.
 
     The result has three arrays, (frames, joints): the speed averaged over a window of `width`
     frames, the fine movement averaged over this window, and the fine movement in every frame.
@@ -145,9 +146,9 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 
 
 def _mean_around(values: Array, width: int) -> Array:
-    """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
+    """Return the mean of `width` rows around each row, padding both ends with the outermost row.
 
-    Sums are computed by doubling, so that small sums contain no rounding errors of large ones.
+    Sums are computed by doubling, so small sums contain no rounding errors of large sums.
     scipy is not used, because it takes longer to load than the rest of a command.
     """
     before = width // 2
@@ -165,13 +166,13 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Return the squared lengths of quaternion differences, as turns in degrees², (n, joints)."""
+    """Return the squared rotation angles of quaternion differences, in degrees², (n, joints)."""
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """Return the usual fine movement over frames with at most the pace of each frame.
+    """Return, for each frame, the usual fine movement in frames of at most the same pace.
 
     All arrays have the shape (frames, joints) and contain logarithms.
     """
@@ -194,7 +195,7 @@ class _Joint:
     Attributes
     ----------
     pace, fine
-        The pace and the fine movement in windows, shape (windows,).
+        The pace and the fine movement in each window, shape (windows,).
     every
         The fine movement in every frame, shape (frames,).
     step
@@ -202,7 +203,7 @@ class _Joint:
     half
         Half the length of a window, in frames.
     others
-        The minimum number of frames to compare with.
+        The minimum number of frames with which a span is compared.
     least
         The minimum number of frames in a span.
     """
@@ -216,10 +217,11 @@ class _Joint:
     least: int
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the exact frames of a suspected span and the factor of its smoothing, or None.
+        """Return the exact frames of a suspected span and its smoothing factor, or None.
 
-        `start` and `stop` are the indices of the first suspected window and the one after the last.
-        The result is (start, stop, factor) in frames, or None if the suspicion is not confirmed.
+        `start` and `stop` are the indices of the first suspected window and of the window after the
+        last. The result is (start, stop, factor), with `start` and `stop` in frames. It is None if
+        the joint is not smoothed.
         """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
@@ -248,7 +250,7 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the quantile `share` along axis 0, without interpolation.
+    """Return a quantile (`share`, 0…1) along axis 0, without interpolation.
 
     This is faster than np.quantile.
     """

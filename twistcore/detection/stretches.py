@@ -1,13 +1,13 @@
-"""Find stretches, in which a joint turns suddenly about its own bone and stays wrong for a while.
+"""Find stretches, in which a joint rotates suddenly about its bone and stays wrong for a while.
 
 For example, a foot may jump to an upside-down position and stay there until the end of the clip.
-The jump itself is listed as a lone jump. The stretch may end at any sudden turn of the joint if the
-roll differs before and after it.
+The jump itself is reported as a lone jump. The stretch may end at any sudden rotation of the joint
+if the roll differs before and after this rotation.
 
-Frames in which a foot or hand is turned during a flip are listed as a turned end instead.
+Frames in which a foot or hand is rotated during a limb flip are reported as a turned end instead.
 
 A stretch is never corrected automatically. If a person accepts it, the correction angle is measured
-at the jumps. The joints below turn back with the joint if they jumped together with it.
+at the jumps. The correction also rotates the joints below if they jumped together with the joint.
 """
 
 from __future__ import annotations
@@ -67,25 +67,25 @@ class _Level:
 
     @property
     def frames(self) -> int:
-        """The number of frames."""
+        """The number of frames between the two jumps."""
         return self.stop - self.start
 
 
 @dataclass(frozen=True, eq=False)
 class _Clip:
-    """The corrected motion of a clip without held frames, and the jumps of its joints.
+    """A clip's corrected motion without held (repeated) frames, and the jumps of its joints.
 
     Attributes
     ----------
     motion
-        The motion.
+        The corrected motion without held frames.
     at
         For each frame of the clip, the index of the corresponding frame of `motion`, shape (frames
         of the clip,).
     owner
         The chain of each joint, keyed by joint.
     listed
-        The first frame of `motion` of each listed joint jump, keyed by joint.
+        The first frame of each detected joint jump, as an index into `motion`, keyed by joint.
     """
 
     motion: Motion
@@ -95,7 +95,7 @@ class _Clip:
 
     @staticmethod
     def of(search: KindSearch) -> _Clip:
-        """Collect the input of the search for stretches."""
+        """Collect the motion and the jumps for a search for stretches."""
         motion = search.corrected_motion()
         at = np.arange(motion.frames)
         if (held := without_held(motion)) is not None:
@@ -114,9 +114,10 @@ class _Clip:
         return self._too_fast(turns_about(self.motion.rotations[:, joint], axis))
 
     def levels(self, joint: int) -> list[_Level]:
-        """Return the levels (frames of nearly constant roll) between a joint's jumps, by start.
+        """Return the levels (frames of nearly constant roll) between the jumps of a joint.
 
-        The joint may jump about any axis. The result is empty if the joint has no bone.
+        The joint may jump about any axis. The levels are sorted by start. The result is empty if
+        the joint has no bone.
         """
         rotations = self.motion.rotations[:, joint]
         jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
@@ -130,9 +131,9 @@ class _Clip:
         ]
 
     def _too_fast(self, turns: Array) -> list[int]:
-        """Return the frames in which a joint turns too fast for a body, except at cuts.
+        """Return the frames, except at cuts, in which a joint rotates faster than a body can.
 
-        `turns` contains the turns since the previous frame, in radians, (frames,).
+        `turns` contains the rotation angles since the previous frame, in radians, (frames,).
         """
         fast = np.abs(turns) > max(JUMP, largest_natural_turn(self.motion.fps))
         fast &= ~find_cuts(self.motion) if fast.any() else True
@@ -140,7 +141,7 @@ class _Clip:
         return found
 
     def expected(self, joint: int) -> tuple[float | None, bool]:
-        """Return the right roll of a joint in radians, and whether the rest pose determines it.
+        """Return a joint's correct roll in radians, and True if it is derived from the rest pose.
 
         The roll is None if it is unknown.
         """
@@ -153,7 +154,7 @@ class _Clip:
         return usual, False
 
     def _has_mirrored(self, joint: int, roll: float) -> bool:
-        """Return True if the joint on the other side has the mirrored roll in enough frames."""
+        """Return True if the opposite joint of the body has the mirrored roll in enough frames."""
         if (own := self.owner.get(joint)) is None:
             return False
         is_parent = own.parent == joint
@@ -212,9 +213,9 @@ def stretch_over(
     span
         The frames (start, stop).
     turn
-        The difference of the joint's roll from its usual roll in these frames, in radians. The
-        offset is measured at the jumps at both edges; if they do not agree with `turn`, the offset
-        is `turn`.
+        The difference of the joint's roll from its usual roll in these frames, in radians. It is
+        used as the offset if the jumps at both edges disagree with it. If not, the offset is
+        measured at these jumps.
     """
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
@@ -236,8 +237,8 @@ def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | N
     """Return the difference of a joint's roll from its usual roll, in radians, (frames,), or None.
 
     If the usual roll is unknown, the mean roll outside the frames `span`, (start, stop), is used
-    instead. The result is None if both are unknown. It is NaN in frames in which the roll is
-    undefined.
+    instead. The result is None if the mean roll is unknown as well. It is NaN in frames in which
+    the roll is undefined.
     """
     clip = search.once(_Clip.of)
     roll = defined_roll(clip.motion, joint)[clip.at]
@@ -270,7 +271,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of a joint in most frames, in radians, or None if there is no such roll."""
+    """Return the roll that a joint has in most frames, in radians, or None if the roll varies."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -280,9 +281,9 @@ def _usual(levels: Sequence[_Level]) -> float | None:
 
 
 def _near_rest(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of the longest level near the rest pose, in radians, or None.
+    """Return the roll of the longest level near the rest pose, in radians.
 
-    The result is None if that level is too short.
+    The result is None if there is no such level or if the level is too short.
     """
     near = [level for level in levels if abs(level.roll) <= OFF]
     longest = max(near, key=lambda level: level.frames, default=None)
@@ -291,7 +292,7 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
-    """Yield the levels that are far from the usual roll, after joining adjacent similar levels.
+    """Yield levels with a roll far from the usual roll, after joining adjacent similar levels.
 
     `shortest` is the minimum length of a level in frames.
     """
@@ -313,8 +314,9 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
     """Return the angle of a stretch in radians, measured at the jumps at its edges.
 
     `edges` contains the first frame of the stretch and the frame after the last. At each edge, the
-    smallest of the turns next to the jump is subtracted as natural motion. Jumps that differ from
-    `turn` by more than 45° are ignored. If no jump remains, `turn` is returned.
+    smallest rotation in the frames next to the jump is subtracted as natural motion. Jumps that
+    differ from the expected angle `turn` by more than 45° are ignored. If no jump remains, `turn`
+    is returned.
     """
     axis = own_axis(motion.skeleton, joint)
     assert axis is not None
@@ -336,8 +338,8 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     """Return True if the children of a joint jump with it at the edges of a stretch.
 
     In this case, their local rotations jump less than their orientation relative to the joint's
-    parent. The result is also True if a child has no rotation channels, because such a child cannot
-    be turned back.
+    parent. The result is also True if a child has no rotation channels, because the rotation of
+    such a child cannot be corrected.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
@@ -356,8 +358,8 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
 def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
     """Return the evidence for a stretch, keyed by name.
 
-    `roll` is the difference from the right roll and `turn` is the angle of the correction, both in
-    radians. `by_rest` is True if the right roll is derived from the rest pose.
+    `roll` is the difference from the correct roll and `turn` is the angle of the correction, both
+    in radians. `by_rest` is True if the correct roll is derived from the rest pose.
     """
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {

@@ -1,10 +1,11 @@
 """Find turned ends: feet or hands that are additionally rotated during a limb flip.
 
 A solver that places the knee on the wrong side often rotates the foot by an additional angle. The
-correction of the flip either keeps the rotation of the foot or turns the foot with the leg. It does
-not remove the additional rotation: after the correction, the local rotation of the foot jumps in
-the first frame of the flip and jumps back in the frame after the last. If the second jump is nearly
-the inverse of the first jump, the foot was rotated by the first jump in all frames of the flip.
+correction of the flip either keeps the orientation of the foot or rotates the foot with the leg. It
+does not remove the additional rotation: after the correction, the local rotation of the foot jumps
+in the first frame of the flip and jumps back in the frame after the last. If the second jump is
+nearly the inverse of the first jump, the foot was rotated by the first jump in all frames of the
+flip.
 
 The captured rotation of the foot must jump in the same frames. If only the corrected rotation
 jumps, the flip may be a false alarm, and the jump may come from its correction.
@@ -35,7 +36,7 @@ _STILL = np.array([1.0, 0.0, 0.0, 0.0])  # the identity as a quaternion (w, x, y
 
 
 def find_turned_ends(search: KindSearch) -> Found:
-    """Return the turned ends of a clip as intervals, keyed by the name of the chain."""
+    """Return the turned ends of a clip as intervals, keyed by chain name."""
     if not search.chains:
         return {}
     found: Found = search.once(_in_all_flips)
@@ -43,7 +44,7 @@ def find_turned_ends(search: KindSearch) -> Found:
 
 
 def turns_of_end(rotations: Array) -> tuple[Array, Array]:
-    """Return the rotations by which a joint jumps at both ends of an interval.
+    """Return the rotations by which a joint jumps at the start and the end of an interval.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def turns_of_end(rotations: Array) -> tuple[Array, Array]:
     first, second
         Quaternions (w, x, y, z) in the coordinates of the joint, (4,): the jump from the frame
         before the interval to its first frame, and the inverse of the jump from its last frame to
-        the frame after the interval. Both are equal if the joint jumps back by the same rotation.
+        the frame after the interval. The two are equal if the second jump undoes the first.
     """
     before, first, last, after = rotations
     return multiply(conjugate(before), first), multiply(conjugate(after), last)
@@ -68,7 +69,7 @@ def common_turn(turns: tuple[Array, Array]) -> Array:
 
 
 def turned_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
-    """Return the joint index, the start and the stop of each turned end."""
+    """Return (joint index, start, stop) for each turned end."""
     every = (one for own in find_turned_ends(search).values() for one in own)
     return frozenset((search.joint_of(one), one.start, one.stop) for one in every)
 
@@ -81,7 +82,7 @@ def _in_all_flips(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def _turned_ends(search: KindSearch) -> Iterator[Interval]:
-    """Yield the turned ends in all limb flips that are longer than a spike of a single joint."""
+    """Yield the turned ends in all limb flips that last longer than a spike."""
     motion, limbs = search.motion, {c.name: c for c in search.named if isinstance(c, Limb)}
     flips = [
         error

@@ -1,4 +1,4 @@
-"""Twist increments of a chain, computed from the rotations between frames [Method, step 1].
+"""Twist increments of a chain, computed from frame-to-frame rotations [Method, step 1].
 
 Unlike the differences of θp and θc, the increments are exact for a straight limb and across a swing
 of 180°. Because of holonomy, their sum is not θp, so the two must not be compared.

@@ -114,18 +114,17 @@ class Corrected:
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:
-        """Return the part of a limb's offset that its end followed, radians, (frames,)."""
+        """Return the part of a limb's offset by which its end also rotated, radians, (frames,)."""
         return self._carried.get(limb, self._none)
 
     def repairs(self, frame: int) -> tuple[Interval, ...]:
-        """Return the intervals of single joints that are corrected in a frame."""
+        """Return the intervals with single-joint errors that are corrected in a frame."""
         return self._repairs.at(frame, frame + 1)
 
     def pose(self, frame: int) -> tuple[Array, Array]:
         """Return a frame's global rotations, (joints, 4), and positions, (joints, 3).
 
-        The arrays are read-only. The last pose is cached, because several parts of a picture need
-        it.
+        The arrays are read-only. The last pose is cached, because several views need it.
         """
         if (last := self._last) is None or last[0] != frame:
             rotations, positions = (part[0].view() for part in self._poses(frame, frame + 1))
@@ -136,8 +135,8 @@ class Corrected:
     def joint_paths(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
         """Return the paths of joints in frames [start, stop), shape (frames, joints, 3).
 
-        The positions are computed from the corrected rotations. They are not assumed to be
-        unchanged.
+        The positions are recomputed from the corrected rotations, even where the correction should
+        not change them.
         """
         return self._poses(start, stop)[1][:, joints]
 
@@ -175,8 +174,8 @@ class Corrected:
         """Return a limb's swivel angle φ after the correction, radians, (frames,).
 
         The limb's offset is subtracted from φ. A correction of the chain above, whose child is the
-        limb's first joint, turns the coordinates in which φ is measured. In these frames, φ is
-        computed from the corrected pose.
+        limb's first joint, rotates the coordinate system in which φ is measured. In frames with
+        such a correction, φ is computed from the corrected pose.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -196,7 +195,7 @@ class Corrected:
         return angle
 
     def _is_turned_by_others(self, chain: Chain) -> bool:
-        """Return True if a correction of a limb or a single joint turns a joint of the chain."""
+        """Return True if a correction of a limb or a single joint rotates a joint of the chain."""
         ends = {chain.parent, chain.child}
         flipped = any(
             isinstance(limb, Limb)
@@ -207,7 +206,7 @@ class Corrected:
         return flipped or bool(self._repairs_among(ends))
 
     def _repairs_among(self, joints: Iterable[int]) -> list[Interval]:
-        """Return the intervals of single joints whose correction turns any of the given joints."""
+        """Return the single-joint errors whose correction rotates any of the given joints."""
         own, skeleton = set(joints), self._motion.skeleton
         every = self._repairs.intervals
         return [i for i in every if not own.isdisjoint(repaired_joints(skeleton, i))]
@@ -216,10 +215,10 @@ class Corrected:
 class _ClosedForm:
     """The angles of a chain after a correction, computed from the offsets alone.
 
-    A correction turns the parent back about the bone axis by the offset, and the child forward by
-    the same angle. So θp decreases by the offset, and θc increases by it, and no quaternion is
-    needed. Only the correction of the chain above multiplies the parent's rotation from the left.
-    In those frames, θp is computed from quaternions.
+    A correction rotates the parent about the bone axis by −offset and the child by +offset. So θp
+    decreases and θc increases by the offset, and no quaternions are needed. Only a correction of
+    the chain above requires them, because it multiplies the parent's rotation from the left. In the
+    frames of such a correction, θp is computed from quaternions.
     """
 
     def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:
@@ -262,8 +261,8 @@ class _ClosedForm:
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
     """Return True if a chain's corrected angles follow from the offsets alone.
 
-    They do not if the bone axis varies, or if a correction turns the child about an axis other than
-    the child's own bone.
+    This is not the case if the bone axis varies, or if a correction rotates the child about an axis
+    other than the child's own bone.
     """
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]

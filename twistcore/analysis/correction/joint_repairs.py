@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import (
 from twistcore.work.frozen import dataclass
 
 # Share of the skeleton's height. A child that is farther than this from its parent's bone axis
-# moves if the parent turns about that axis.
+# moves if the parent rotates about that axis.
 _ASIDE = 1e-4
 
 
@@ -70,20 +70,20 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs of the single-joint errors among some intervals."""
+    """The repairs of single-joint errors in a clip. Intervals of other kinds are ignored."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)
         self.intervals = tuple(sorted(own, key=lambda i: i.kind.info.place))
 
     def at(self, start: int, stop: int) -> tuple[Interval, ...]:
-        """Return the intervals that have frames in [start, stop)."""
+        """Return the intervals that overlap frames [start, stop)."""
         return tuple(i for i in self.intervals if i.start < stop and start < i.stop)
 
     def needed(self, start: int, stop: int, frames: int) -> tuple[int, int]:
-        """Return the range of frames that is needed to compute frames [start, stop).
+        """Return the range of frames that is needed to repair frames [start, stop).
 
-        `frames` is the number of frames of the clip.
+        `frames` is the number of frames in the clip.
         """
         low, high = start, stop
         known: tuple[Interval, ...] = ()
@@ -112,7 +112,7 @@ class JointRepairs:
 def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
     """Return the joints whose local rotation a repair changes.
 
-    These are the interval's joint and, unless they turned with it, its children. Raises TwistError
+    These are the interval's joint and, unless they rotated with it, its children. Raises TwistError
     if the skeleton does not have the joint.
     """
     joint = joint_of(skeleton, interval)
@@ -120,9 +120,9 @@ def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """Return True if a repair changes the positions of other joints.
+    """Return True if the repair of an interval moves other joints.
 
-    Usually, a rotation about the bone does not.
+    A rotation about the joint's own bone usually does not.
     """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
@@ -149,10 +149,10 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
 
 
 def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Turn joints back about their bones by the offset δ: q' = q ⊗ R_b(−δ), where b is the bone.
+    """Remove the offset δ from joints by a rotation about their bone b: q' = q ⊗ R_b(−δ).
 
-    A child c that did not turn with the joint keeps its orientation: q'_c = R_b(δ) ⊗ q_c. The joint
-    at the end of the bone keeps its position.
+    A child c that did not rotate with the joint keeps its orientation: q'_c = R_b(δ) ⊗ q_c. The
+    joint at the end of the bone keeps its position.
     """
     skeleton, rotations = motion.skeleton, motion.rotations.copy()
     for joint, own in _by_joint(skeleton, intervals):
@@ -173,8 +173,8 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """Interpolate joints' rotations between the frames before and after each interval (slerp).
 
-    The joints below follow. At an end of the clip, the rotation of the only neighbouring frame is
-    used. Frames with an offset of 0 do not change.
+    All descendants of a joint move with it. If an interval begins or ends the clip, the rotation of
+    its only neighbouring frame is used. Frames with an offset of 0 do not change.
     """
     rotations = motion.rotations.copy()
     for joint, own in _by_joint(motion.skeleton, intervals):
@@ -191,10 +191,10 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Turn joints back by one fixed rotation per interval, which is measured at its two edges.
+    """Undo a constant rotation of a joint in each interval, measured at the interval's edges.
 
-    The joints below follow. Intervals at an end of the clip, and frames with an offset of 0, are
-    not changed.
+    All descendants of the joint move with it. Intervals that begin or end the clip, and frames with
+    an offset of 0, are not changed.
     """
     rotations = motion.rotations.copy()
     for joint, own in _by_joint(motion.skeleton, intervals):

@@ -1,7 +1,7 @@
 """Measure quantities of a limb and its neighbours that a correction must not make worse.
 
-They are measured in the frames around the interval. Only a joint's hinge is determined from the
-rest of the clip.
+They are measured in the frames around the interval. Only a joint's hinge plane is determined from
+the rest of the clip.
 """
 
 from __future__ import annotations
@@ -93,16 +93,16 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The joints of a clip that bend like an exact hinge, as a knee may do.
+    """The joints of a clip that bend in a single plane like a hinge, for example a knee.
 
-    Each hinge is determined when it is first needed.
+    Each hinge is computed when it is first needed.
 
     Attributes
     ----------
     motion
         The motion.
     finds
-        All intervals of the clip. Their frames are not used to determine a hinge.
+        The intervals of the clip. Their frames are not used to determine a hinge.
     known
         Signals that were already computed, keyed by chain name.
     """
@@ -113,10 +113,10 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return a joint's deviation from its hinge plane, degrees, (frames,).
+        """Return the deviation of a chain's child joint from its hinge plane, degrees, (frames,).
 
-        The result is None if the joint has no exact hinge, and NaN in frames in which the limb is
-        too straight to measure the deviation.
+        The result is None if the joint is not an exact hinge, and NaN in frames in which the limb
+        is too straight to measure the deviation.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -137,7 +137,7 @@ class Hinges:
 
 
 def interval_at_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return the part of an interval that is in the given frames, which are in ascending order.
+    """Restrict an interval to the given frames, which must be in ascending order.
 
     `start` and `stop` of the result are indices into `frames`. The result is empty if the interval
     contains none of the frames.
@@ -160,7 +160,7 @@ def protected_measures(
     - *hinge*: mean deviation of the corrected joint from its exact hinge, in frames in which the
       limb is bent by more than 30°. A joint has an exact hinge if 95 % of the clip is within 3° of
       it. Tolerance: 1°.
-    - *impossible turns*: number of frames in which a joint of the limb turns about its own axis
+    - *impossible turns*: number of frames in which a joint of the limb rotates about its own axis
       faster than any body can (:func:`lone_jumps.largest_natural_turn`). Tolerance: none.
     - *next joint's roll*: fastest rotation of the next joint about its own bone, in degrees per
       frame. The next joint is the child for a counter-twist and the limb's end for a flip.
@@ -208,10 +208,10 @@ def protected_measures(
 def _bone_of(
     motion: Motion, chains: Sequence[Chain], owner: Chain, interval: Interval
 ) -> Chain | None:
-    """Return the chain that begins at the joint of a single-joint error, or None.
+    """Return a chain that begins at the joint of a single-joint error.
 
-    If there is none, a chain is made from the joint and its first child that has a bone. `owner` is
-    the chain in which the error is listed.
+    If none of `chains` does, a chain is created from the joint and its first child with a bone. The
+    result is None if there is no such child. `owner` is the chain in which the error is listed.
     """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     for chain in chains:
@@ -264,7 +264,7 @@ class _Around:
 
     @cached_property
     def from_parent(self) -> Array:
-        """Rotations of the limb's joints in the coordinates of the first joint's parent.
+        """Rotations of the limb's joints relative to the parent of the first joint.
 
         The shape is (frames, 2, joints, 4).
         """
@@ -291,7 +291,7 @@ class _Around:
 
     @cached_property
     def turns(self) -> Array:
-        """Turn of each joint about its bone axis since the previous frame, in radians.
+        """Rotation angle of each joint about its bone axis since the previous frame, in radians.
 
         The shape is (frames, 2, joints).
         """
@@ -301,14 +301,14 @@ class _Around:
     def places(self) -> list[tuple[Array, Array]]:
         """Positions of the limb's middle joint and end relative to its first joint.
 
-        The first pair is before and the second pair after the correction. Coordinates are those of
-        the first joint's parent.
+        The list contains a pair (middle joint, end) before and a pair after the correction, in the
+        coordinates of the first joint's parent.
         """
         assert isinstance(self.chain, Limb)
         return [limb_positions(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """Return a measure at a joint, and determine whether the correction made it worse."""
+        """Return a measure at a joint, marked as worse if it grew by more than its tolerance."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -328,7 +328,7 @@ class _Around:
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
     """Measure how far the corrected joint deviates from its hinge plane, degrees.
 
-    The result is None if the joint has no exact hinge or the limb is straight.
+    The result is None if the joint is not an exact hinge or the limb is straight.
     """
     interval = around.interval
     chain = next((c for c in chains if _shows_bend_direction(c, around.next_joint)), None)
@@ -356,7 +356,7 @@ def _shows_bend_direction(chain: Chain, joint: int) -> bool:
 
 
 def _impossible(around: _Around) -> ProtectedMeasure:
-    """Count the frames in which a joint of the limb turns faster than any body can."""
+    """Count the frames in which a joint of the limb rotates faster than any body can."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
     if may_be_too_fast(around.turns, fps).any():  # a quick check that rarely finds anything
         in_room = turns_about(around.in_room, around.axes)
@@ -367,9 +367,9 @@ def _impossible(around: _Around) -> ProtectedMeasure:
 
 
 def _roll(around: _Around) -> ProtectedMeasure | None:
-    """Measure the fastest turn of the next joint about its own bone, degrees per frame.
+    """Measure the fastest rotation of the next joint about its own bone, degrees per frame.
 
-    The turn is relative to the joint's parent.
+    The rotation is relative to the joint's parent.
     """
     if not around.axes[-1].any():
         return None
@@ -380,8 +380,8 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 def _path(around: _Around) -> ProtectedMeasure | None:
     """Measure the length of the middle joint's path, % of the limb's length.
 
-    Positions are relative to the first joint, in the coordinates of its parent. The result for a
-    chain is None.
+    Positions are relative to the first joint, in the coordinates of its parent. The result is None
+    for a chain, because only limbs have a middle joint.
     """
     if not isinstance(limb := around.chain, Limb):
         return None
@@ -420,8 +420,8 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """Return True if a child of the chain's parent joint should stay in place.
+    """Return True if `joint`, a child of the chain's parent joint, should stay in place.
 
-    A leaf joint off the bone is only a helper, and may move.
+    A leaf joint other than the chain's child is only a helper, and may move.
     """
     return joint == chain.child or bool(skeleton.children[joint])

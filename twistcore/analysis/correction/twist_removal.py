@@ -1,4 +1,4 @@
-"""Remove errors from a motion and change nothing else [Choi26 Eq. 14-15].
+"""Remove errors from a motion without changing anything else [Choi26 Eq. 14-15].
 
 Errors of single joints that a person has accepted are removed last, by `joint_repairs.py`.
 """
@@ -46,8 +46,9 @@ def automatic_corrections(
 ) -> tuple[Interval, ...]:
     """Return the intervals that are corrected automatically.
 
-    No other function decides this. Lone jumps are left out because they have no offset to remove.
-    Helper rolls, stretches and spikes are left out because their confidence is not measured.
+    Only this function makes this decision. Lone jumps are excluded because they have no offset
+    to remove. Helper rolls, stretches and spikes are excluded because their confidence is not
+    measured.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
     """Return the sum of the intervals' offsets for each chain, keyed by chain name.
 
-    Offsets are in radians in (−π, π], shape (frames,). Errors of single joints are left out.
+    Offsets are in radians in (−π, π], shape (frames,). Single-joint errors are excluded.
     """
     total: dict[str, Array] = {}
     for interval in intervals:
@@ -91,9 +92,10 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the offsets that the child of a chain or the end of a limb followed.
+    """Return the sum of the carried offsets for each chain or limb, keyed by name.
 
-    The result has the same form as in :func:`offsets_by_chain`.
+    In a carried error, the child of the chain or the end of the limb rotates along. The result has
+    the same form as in :func:`offsets_by_chain`.
     """
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
@@ -131,9 +133,9 @@ def refine(
     clip : Clip or Motion
         The clip to correct. It is not changed.
     found : Detection, Review or iterable of Interval
-        The automatic corrections of a detection, the accepted intervals of a review, or all
-        intervals of an iterable are removed. Their chains are looked up in the clip. Stretches and
-        spikes are corrected only from a review.
+        The errors to remove: the automatic corrections of a detection, the accepted intervals of a
+        review, or all intervals of an iterable. Their chains are looked up in the clip. Stretches
+        and spikes are corrected only from a review.
     chains : sequence of Chain
         The chains and limbs to which the intervals belong.
     intervals : iterable of Interval
@@ -165,7 +167,7 @@ def refine(
     >>> len(found), len(tc.detect(tc.refine(clip, found)))
     (8, 0)
 
-    With only some of the intervals:
+    Remove only some of the intervals:
 
     >>> some = [i for i in found if i.chain == "LeftForeArm"]
     >>> len(tc.detect(tc.refine(clip, some)))
@@ -268,8 +270,8 @@ def remove_twist(
     For a chain of joints P, C and G, q'_P = q_P ⊗ R_a(−offset), where a is the bone axis, and q'_X
     = q'_P⁻¹ ⊗ q_P ⊗ q_X for every child X of P. All global rotations below P stay the same, and so
     do all joint positions except those of children off the axis (:func:`children_off_axis`). If C
-    rolled with P, C is also turned back about its own bone b by R_b(−carried). G keeps its
-    position, and all joints below C turn back with it.
+    rolled with P, C is also rotated about its own bone b by R_b(−carried). G keeps its position,
+    and all joints below C rotate with it.
 
     For a limb of joints P, C and E, q'_P = R_u(−offset) ⊗ q_P, where u is the line from P to E in
     the coordinates of P's parent. E keeps its position and, except for the carried part, its global
@@ -284,7 +286,7 @@ def remove_twist(
     offsets
         Angles to remove, radians, (frames,), keyed by name.
     carried
-        The part of each offset that a chain's child or a limb's end followed.
+        The part of each offset by which the chain's child or the limb's end also rotated.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -318,10 +320,10 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn a chain's child back about its own bone by the angle by which it rolled with its parent.
+    """Rotate a chain's child about its own bone by −`rolled`.
 
-    The grandchild keeps its position. `rotations` is changed in the frames `at`. `rolled` contains
-    the angle in every frame, radians.
+    `rolled` is the angle by which the child rolled with its parent in every frame, radians. The
+    grandchild keeps its position. `rotations` is changed in the frames `at`.
     """
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
@@ -331,7 +333,7 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about its bone. The joints below keep their orientation.
+    """Rotate a helper about its bone by −`offset`. The joints below keep their orientation.
 
     `rotations` is changed in the frames `at`. `offset` contains the angle in each of these frames,
     radians.
@@ -353,12 +355,12 @@ def _turn_limb(
     offset: Array,
     kept: Array,
 ) -> None:
-    """Turn a limb back by `offset` about its line, and turn its end forward by `kept`.
+    """Rotate a limb by −`offset` about its line, and rotate its end by +`kept` about this line.
 
     The line runs from the first joint to the end. It is measured in the current coordinates of the
-    first joint's parent, because a correction of the chain above turns these coordinates. If the
-    end coincides with the first joint, there is no line, and the limb is not turned. `rotations` is
-    changed in the frames `at`. Both angles are in radians, shape (n,).
+    first joint's parent, because a correction of the chain above rotates these coordinates. If the
+    end coincides with the first joint, there is no line, and the limb is not rotated. `rotations`
+    is changed in the frames `at`. Both angles are in radians, shape (n,).
     """
     _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
@@ -370,7 +372,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # The rotation of an end that turned with the limb must stay the same in every bit.
+    # If the end rotated with the limb, its local rotation must stay bit-identical.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]
@@ -392,10 +394,10 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Return the children of a chain's parent joint that a correction moves.
+    """Return the children of a chain's parent joint that are off the bone axis.
 
-    It moves them because they are off the bone axis. The result maps joint names to distances from
-    the axis, in the file's unit. It is empty for an ordinary arm or leg.
+    A correction moves these children. The result maps their names to their distances from the axis,
+    in the file's unit. It is empty for an ordinary arm or leg.
     """
     out: dict[str, float] = {}
     if isinstance(chain, Limb):  # the joints of a limb are meant to move

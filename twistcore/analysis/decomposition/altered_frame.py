@@ -28,7 +28,7 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class WhatIf:
-    """A user's changes to a frame. Angles are in radians. None leaves a quantity as captured.
+    """A user's changes to a frame. Angles are in radians. None means that a quantity is unchanged.
 
     P, C and G are the chain's parent, child and grandchild. a is the bone axis, w is the direction
     of the bone after P's rotation, and v is the direction from C to G in P's coordinates.
@@ -38,7 +38,7 @@ class WhatIf:
     twist
         Angle by which P is twisted about its bone.
     counter
-        True if C turns back by the same angle, False if it turns with P.
+        True if C rotates back by the same angle, False if it rotates with P.
     swing
         Swing angle α between a and w. It is applied after `toward`.
     bend
@@ -78,8 +78,8 @@ def altered(
     """Return a frame of the motion with a user's changes, as a motion of one frame.
 
     Bend, swing and nudge are applied before the twist, because they do not change the twist's
-    quaternion. With `what_if.counter`, every child of P turns back, as in a twist error [Choi26 Eq.
-    14]. Finally, the fraction `what_if.applied` of the offset is removed.
+    quaternion. With `what_if.counter`, each child of P rotates back, as in a twist error [Choi26
+    Eq. 14]. Finally, the fraction `what_if.applied` of the offset is removed.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def altered(
 
 
 def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
-    """Return a part of a rotation as a quaternion, (4,).
+    """Return a partial rotation as a quaternion, (4,).
 
     Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation. Values in between
     give fractions of the swing or the twist.
@@ -124,7 +124,7 @@ def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
 
 
 def _swing_turn(swing: Array) -> tuple[Array, float]:
-    """Return the unit normal of a swing, (3,), and its angle in [0, π].
+    """Return the unit normal of a swing, (3,), and its angle in [0, π], radians.
 
     If there is no swing, the normal is zero.
     """
@@ -133,7 +133,7 @@ def _swing_turn(swing: Array) -> tuple[Array, float]:
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
-    """Return the parent's rotation with changed swing and nudge, and with the same twist."""
+    """Return the parent's rotation after the changes to swing and nudge, with the same twist."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     if what_if.toward is not None:
@@ -150,7 +150,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 
 
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
-    """Return the child's rotation with changed bend and nudge."""
+    """Return the child's rotation after the changes to bend and nudge."""
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():

@@ -18,7 +18,7 @@ def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
     """Return the factors twist and swing' of q = twist ⊗ swing', each of shape (4,).
 
     The twist and the angle of the swing are the same as in q = swing ⊗ twist, but the normal of the
-    swing is turned back by the twist.
+    swing is rotated by the inverse of the twist.
     """
     _, twist = swing_twist(q, axis)
     return twist, multiply(conjugate(twist), q)
@@ -45,7 +45,7 @@ class EulerChannels:
         The angles in radians, shape (3,).
     between
         Angle between the first axis and the last axis after the middle rotation, in [0, π/2]. At 0,
-        both axes are the same line (gimbal lock).
+        the two axes coincide (gimbal lock).
     """
 
     order: str

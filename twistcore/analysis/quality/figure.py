@@ -43,7 +43,7 @@ class FigureQuality:
 def quality_of_positions(places: Array, given: Array | None = None) -> FigureQuality:
     """Measure the quality of positions (frames, 24, 3) in mm.
 
-    The deviation is measured from the positions `given`, if there are any.
+    `given` contains the positions before a correction, from which the deviation is measured.
     """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(

@@ -25,7 +25,7 @@ from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s; this is 20 mm between two frames at 25 Hz
 _SHORTEST = 4  # number of frames that a third difference needs
 _TALL = 1.75  # metres; height of a person, assumed if the length unit of a clip is unknown
-_JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the joint turns
+_JUMP = 90.0  # degrees; an angle jumps if it changes by this much more than the joint rotates
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +38,12 @@ class JointQuality:
     ----------
     jitter
         Magnitude of the third difference of the local rotation, degrees per frame³, shape (frames,
-        joints), in the second of the four frames.
+        joints). It is stored in the second of the four frames.
     speed
         Local angular speed since the previous frame, degrees/s, shape (frames, joints).
     excess
         Largest change of a stored angle since the previous frame, minus the angle by which the
-        joint actually turned, degrees, at least 0, shape (frames, joints).
+        joint actually rotated, degrees, at least 0, shape (frames, joints).
     flipped
         True if the quaternion changes its hemisphere from the previous frame, shape (frames,
         joints).
@@ -64,7 +64,7 @@ class JointQuality:
     def usual_jitter(self) -> Array:
         """The median jitter of each joint, degrees per frame³, (joints,).
 
-        The jumps at the edges of a twist error do not affect a median.
+        Unlike a mean, the median is not affected by the jumps at the edges of a twist error.
         """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
@@ -89,7 +89,7 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which each foot joint slides, (joints,). NaN for others."""
+        """The percentage of frames in which each foot joint slides, (joints,); NaN for others."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]

@@ -1,4 +1,4 @@
-"""Recognise a figure that trembles, in contrast to one that moves fast."""
+"""Distinguish a figure that trembles from one that moves fast."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _FEWEST = 25  # minimum number of samples, which is one second
 
 
 def jitter_if_trembling(motion: Motion) -> float | None:
-    """Return the figure's jitter if it is at least TIMES the usual jitter of captures, or None.
+    """Return the figure's jitter in mm/frame³ at 25 Hz if the figure trembles, or None.
 
-    The jitter is in mm/frame³ at 25 Hz. If the length unit is unknown, the figure is assumed to be
-    1.75 m tall. Fast but smooth motion, such as running, does not count as trembling: only in
-    jitter do the third differences change sign from frame to frame.
+    A figure trembles if its jitter is at least TIMES the usual jitter of captures. Fast but smooth
+    motion, such as running, does not count, because its third differences do not change sign from
+    frame to frame. If the length unit is unknown, the figure is assumed to be 1.75 m tall.
     """
     capture = motion.sliced(leading_frames(motion), motion.frames)
     times = sample_times(capture.frames, capture.frame_time)

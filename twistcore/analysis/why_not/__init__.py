@@ -1,7 +1,7 @@
 """Explain in a sentence, with the detector's numbers, why there is no interval at a frame.
 
-Every peak above τ outside all intervals has a reason. Reasons agree with the curve: 'below τ' is
-given only for a frame below τ.
+Every peak above τ outside all intervals has a reason. Reasons are consistent with the strength
+curve: 'below τ' is given only for a frame whose strength is below τ.
 """
 
 from twistcore.analysis.why_not.frames import peaks_without_interval, unexplained_peaks, why_not

@@ -28,10 +28,10 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # share of the larger turn; a joint that turns by less does not respond
+ONE_JOINT = 0.25  # share of the larger rotation; a joint that rotates less counts as still
 # Multiple of σ. If increment and residual differ by more, the effect of another error was removed.
 UNDONE = 4.0
-_NEAR = 4  # number of frames on either side that show how much a joint usually turns
+_NEAR = 4  # number of frames on either side that show how much a joint usually rotates
 _EACH = 0.5 * PRIOR  # minimum evidence of each of two edges, in nats
 
 
@@ -52,7 +52,7 @@ class _Edge:
     gain
         Evidence for the edge, nats.
     x, y
-        Turns of the chain's parent and child beyond the predicted motion, radians.
+        Rotations of the chain's parent and child minus the predicted motion, radians.
     """
 
     table: PairTable
@@ -72,7 +72,7 @@ def no_counter_twist(
     edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return the reason why no interval has an edge at a frame.
+    """Return the reason why no interval begins or ends at a frame.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def no_counter_twist(
     analysis
         The analysis of all chains.
     edges_in
-        Finds edges of other chains and limbs.
+        Function that returns the errors of other chains and limbs with an edge in given frames.
     chains
         All chains that were analysed.
     """
@@ -115,7 +115,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the reason that opposite turns of both joints are natural motion."""
+    """Return the reason for an interval that the evidence classifies as natural motion."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -157,7 +157,7 @@ def _below(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return the reason for a frame below τ, although a joint may turn by more than τ."""
+    """Return the reason for a frame below τ, where a single joint may rotate by more than τ."""
     own, t = analysis.chains[place.chain.name], place.frame
     c, row = own.limb, own.row
     rx, ry = float(c.rx[row, t]), float(c.ry[row, t])
@@ -190,7 +190,7 @@ def _error_nearby(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> str:
-    """Describe an error of another chain that turns one of the joints at the frame, or ''."""
+    """Describe an error of another chain that rotates a joint of this chain at the frame, or ''."""
     if near:
         interval, other = near[0]
         return place.error(interval, other)
@@ -209,7 +209,7 @@ def _error_nearby(
 
 
 def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return the joint whose turn is ignored because an error of another chain explains it.
+    """Return the joint whose rotation is ignored because another chain's error explains it.
 
     The result is 1 for the chain's parent, 2 for its child, and 0 for neither.
     """
@@ -231,8 +231,8 @@ def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
     """Return the edge above τ that covers the frame, or None.
 
-    Of several edges, the one whose peak is at this frame is preferred, and then the one with the
-    most evidence.
+    If there are several, the edge whose peak is at this frame is preferred, and then the edge with
+    the most evidence.
     """
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
@@ -271,8 +271,8 @@ def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     """Return the reason for an edge that cannot belong to a counter-twist, or None.
 
-    Only one joint turns, the turns do not cancel, or the evidence is so weak that they are natural
-    motion.
+    Such an edge has one joint that does not rotate, rotations that do not cancel, or evidence so
+    weak that the rotations are regarded as natural motion.
     """
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
@@ -307,9 +307,10 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """Return the reason for a clear edge without a partner at the other end of an error.
+    """Return the reason why a clear edge is not part of an interval.
 
-    The edge has no partner, or its best partner belongs to a different interval.
+    Either no edge at the other end of an error matches it, or the best match belongs to a different
+    interval.
     """
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
@@ -367,7 +368,7 @@ def _peak(place: AskedFrame, edges: Edges, k: int) -> str:
 
 
 def _turns(place: AskedFrame, x: float, y: float) -> str:
-    """Describe the turns of parent and child."""
+    """Describe the rotations `x` of the parent and `y` of the child, which are in radians."""
     parent, child = place.joints
     return f"{parent} {signed_degrees(x)}, {child} {signed_degrees(y)}"
 

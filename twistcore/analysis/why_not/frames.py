@@ -28,7 +28,7 @@ _ENOUGH = 0.5
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
-    """Return the reason why no interval has an edge at a frame of a chain or limb.
+    """Return the reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     frame
         The frame, counted from 0.
     first
-        Number of the clip's first frame in the sentence.
+        Frame number that is shown for the clip's first frame.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return the reason why the paper's detector has no event at a frame.
+    """Return the reason why the paper's detector finds no event at a frame.
 
     Every event of this detector begins an interval.
     """
@@ -98,9 +98,9 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return the reason why no roll of a helper has an edge at a frame.
+    """Return the reason why no helper roll begins or ends at a frame.
 
-    `own` is the angle by which only the helper turns in this frame, radians.
+    `own` is the angle by which the helper alone rotates in this frame, radians.
     """
     helper, driver = place.joints
     if place.strength < place.tau:
@@ -113,7 +113,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """Return the reason in a coarsely written clip.
+    """Return the reason for a frame of a clip with repeated or interpolated frames.
 
     The reason comes from the clip's distinct frames or, if these show nothing, from all frames.
     """
@@ -141,7 +141,7 @@ def _in_notation(
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
     """Return the reason for each of the :func:`unexplained_peaks` of a chain or limb.
 
-    `first` is the number of the clip's first frame in the sentences.
+    `first` is the frame number that is shown for the clip's first frame.
     """
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
@@ -149,8 +149,8 @@ def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> li
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
     """Return the frames of the peaks above τ outside intervals and their edges.
 
-    A peak is the frame with the highest strength in a run of frames at or above τ. If several
-    frames are equally high, it is the first one.
+    A peak is the frame with the highest strength in a run of frames at or above τ, or the first of
+    several equally high frames.
     """
     strength = found.analysis.detector(found.method).strength(name)
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
@@ -197,10 +197,10 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return the intervals in other chains that turn joints of `chain` near frames [start, stop).
+    """Return the intervals of other chains that rotate joints of `chain` near [start, stop).
 
-    An interval must have an edge in or next to these frames. A gradual one is also included if its
-    offset changes enough there to explain the strength.
+    An interval must have an edge in or next to these frames. A gradual error is also included if
+    its offset changes enough there to explain the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton

@@ -1,4 +1,4 @@
-"""Find intervals between jumps that were dropped because a soft error is a better explanation."""
+"""Find intervals between jumps that were dropped in favour of soft (gradual) errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BESIDE = 1  # maximum number of frames between an interval's edge and a jump tha
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """A chain's dropped intervals, and the soft errors of the chain and its neighbours.
+    """The soft (gradual) errors near a frame, and the intervals that they replaced.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class SoftErrors:
     chains: Sequence[Chain]
 
     def dropped(self) -> Iterator[Interval]:
-        """Yield the chain's intervals between jumps above τ that a soft error replaced."""
+        """Yield the intervals between two jumps above τ that a soft error has replaced."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.is_replaced(i))
 
@@ -52,7 +52,7 @@ class SoftErrors:
         given
             The dropped interval, or None if it is unknown.
         numbers
-            Numbers of the reason, keyed by name.
+            Numbers to store in the reason, keyed by name.
         what
             Subject of the sentence: the jump that would have been an edge of the interval.
         """
@@ -74,7 +74,7 @@ class SoftErrors:
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
-        """Yield the soft errors above τ with their chains, starting with those of this chain."""
+        """Yield soft errors above τ with their chains, first those of the frame's own chain."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]

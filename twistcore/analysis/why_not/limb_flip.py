@@ -1,4 +1,4 @@
-"""Explain why no flip of a limb has an edge at a frame."""
+"""Explain why no limb flip begins or ends at a frame."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from twistcore.skeleton.rotation import wrap
 
 
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
-    """Return the reason why no flip has an edge at a frame.
+    """Return the reason why no limb flip begins or ends at a frame.
 
-    `edges_in` finds edges of other chains and limbs.
+    `edges_in` returns the errors of other chains and limbs that have an edge in given frames.
     """
     t = place.frame
     numbers: dict[str, Any] = {
@@ -80,9 +80,9 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ is not an edge of a flip.
+    """Return the reason why a jump above τ does not begin or end a flip.
 
-    Its numbers contain the costs of explaining the frames with and without a flip.
+    The reason includes the costs of explaining the frames with and without a flip.
     """
     left = flips.why_unexplained(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
@@ -120,7 +120,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump without a second jump nearby that would end the flip."""
+    """Return the reason for a jump without a matching second jump nearby to complete a flip."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)

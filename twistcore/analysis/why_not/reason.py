@@ -15,17 +15,17 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """Keywords for the reasons why no interval has an edge at a frame. Files contain the values."""
+    """Keywords for the reasons why no interval begins or ends at a frame, as stored in files."""
 
     INTERVAL = "interval"  # the frame is in an interval or next to one
     MOVED = "moved"  # the detector found an interval here, but the review moved it
     BELOW = "below tau"
     CUT = "cut"  # all joints jump in the same frame, at a T-pose or a cut
     SHORT = "short piece"  # there are too few frames between two cuts
-    IMAGE = "image"  # an error of another chain or limb turns a joint of this one
+    IMAGE = "image"  # an error of another chain or limb rotates a joint of this one
     ONE_JOINT = "one joint"
-    UNEQUAL = "unequal"  # both joints turn, but the turns do not cancel
-    MOTION = "motion"  # natural motion explains the turns
+    UNEQUAL = "unequal"  # both joints rotate, but the rotations do not cancel
+    MOTION = "motion"  # natural motion explains the rotations
     NO_PARTNER = "no partner"
     OTHER = "other interval"  # the jump's partner belongs to another interval, which explains more
 
@@ -38,13 +38,13 @@ _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Wh
 
 
 # A function that returns the intervals of other chains that have an edge in frames [start, stop)
-# and turn a joint of this chain.
+# and rotate a joint of this chain.
 EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 
 @dataclass(frozen=True)
 class Reason:
-    """The reason why no interval has an edge at a frame of a chain or limb.
+    """The reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Reason:
     text
         The sentence.
     numbers
-        Numbers of the sentence, keyed by their names in JSON. Angles are in degrees.
+        Numbers in the sentence, keyed by their names in JSON. Angles are in degrees.
     suspicious
         True if the frame is above τ and a person should check it.
     """
@@ -102,7 +102,7 @@ class AskedFrame:
     fps
         Number of examined frames per second.
     first
-        Number of the clip's first frame in sentences.
+        Frame number that is shown for the clip's first frame.
     kept
         The frames that were examined, or None for all frames of the clip.
     """
@@ -117,7 +117,7 @@ class AskedFrame:
     kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
-        """Convert an examined frame to a frame of the clip, from 0."""
+        """Convert the index of an examined frame to its index in the clip."""
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
@@ -146,11 +146,11 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return the number of a frame as users see it, such as 'frame 12'."""
+        """Return a frame as shown to users, such as 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as tables show them, such as 'frames 323–329'.
+        """Return frames [start, stop) as shown in tables, such as 'frames 323–329'.
 
         The second number is `stop`, which is excluded.
         """

@@ -1,4 +1,4 @@
-"""Counter-twists: a parent turns about its bone, and its child turns back [Choi26].
+"""Counter-twists: a parent rotates about its bone, and its child rotates back [Choi26].
 
 The detectors find these errors, so the kind has no finder function.
 """

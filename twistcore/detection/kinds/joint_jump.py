@@ -1,4 +1,4 @@
-"""Joint jumps: a joint turns about any axis in a single step between calm frames.
+"""Joint jumps: a joint rotates about any axis in a single step between calm frames.
 
 See `all_joints/`.
 """

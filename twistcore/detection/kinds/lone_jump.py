@@ -1,4 +1,4 @@
-"""Lone jumps: a joint turns about its own axis too fast, and no other error explains it.
+"""Lone jumps: a joint rotates impossibly fast about its axis, and no other error explains it.
 
 See `lone_jumps.py`.
 """

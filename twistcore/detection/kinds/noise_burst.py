@@ -1,4 +1,4 @@
-"""Noise bursts: joints jitter for a while more than any body can. See `noise_bursts.py`."""
+"""Noise bursts: joints jitter more than any body can for a while. See `noise_bursts.py`."""
 
 from twistcore.detection.kind import KindInfo
 

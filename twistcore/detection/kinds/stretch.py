@@ -1,4 +1,4 @@
-"""Stretches: a joint turns suddenly about its own bone and stays rotated. See `stretches.py`."""
+"""Stretches: a joint rotates suddenly about its bone and stays rotated. See `stretches.py`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""Turned ends: a foot or hand turns by a fixed rotation in a limb flip. See `turned_ends.py`."""
+"""Turned ends: a foot or hand is also rotated during a limb flip. See `turned_ends.py`."""
 
 from twistcore.detection.kind import KindInfo
 

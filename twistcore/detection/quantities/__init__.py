@@ -1,1 +1,1 @@
-"""The curves that show why an interval is listed, in one file per kind of error."""
+"""The curves that show why an interval is reported, with one file per kind of error."""

@@ -16,7 +16,8 @@ from twistcore.detection.quantity import Quantity
 def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
     """Return the curve of the joint's flexion, which is negative for a backward bend.
 
-    Its limit is the largest natural hyperextension. The result is None if the hinge is unknown.
+    The limit of the curve is the largest natural hyperextension. The result is None if the hinge is
+    unknown.
     """
     joint = search.joint_of(interval)
     chain = next((c for c in search.chains if c.child == joint and c.ends), None)

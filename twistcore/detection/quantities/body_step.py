@@ -1,4 +1,4 @@
-"""The curve of a body step: the median turn per frame of the joints that jump."""
+"""The curve of a body step: the median rotation per frame of the joints that jump."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from twistcore.skeleton.people import find_people
 
 
 def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the curve of the median turn per frame of the joints that jump.
+    """Return the curve of the median rotation per frame of the joints that jump.
 
-    Its limit is the largest natural turn. The result is None if no joint jumps.
+    The limit of the curve is the largest natural rotation. The result is None if no joint jumps.
     """
     motion, kept = search.motion, without_held(search.motion)
     if kept is None and (keys := linear_keys(motion)) is not None:

@@ -16,8 +16,8 @@ from twistcore.skeleton.helper import Helper
 def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
     """Return the curve of the twist bone's roll relative to the frame before the interval.
 
-    Its limit is the smallest roll that is listed. The result is None if there is no such twist
-    bone.
+    The limit of the curve is the smallest roll that is reported. The result is None if the twist
+    bone does not exist.
     """
     own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
     if (helper := next(own, None)) is None:

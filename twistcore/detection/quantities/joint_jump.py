@@ -1,4 +1,4 @@
-"""The curve of a joint jump: the turn of the joint per frame."""
+"""The curve of a joint jump: the rotation of the joint per frame."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def turn_per_frame(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the curve of the joint's turn per frame about any axis.
+    """Return the curve of the joint's rotation per frame about any axis.
 
-    Its limit is the smallest turn that counts as a jump.
+    The limit of the curve is the smallest rotation that counts as a jump.
     """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)

@@ -1,4 +1,4 @@
-"""The curve of a lone jump: the turn of the joint about its own axis per frame."""
+"""The curve of a lone jump: the rotation of the joint about its own axis per frame."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the curve of the joint's turn per frame about its own axis, in world space.
+    """Return the curve of the joint's rotation per frame about its own axis, in world space.
 
-    Its limit is the largest natural turn.
+    The limit of the curve is the largest natural rotation.
     """
     own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
     most = math.copysign(math.degrees(largest_natural_turn(own.motion.fps)), interval.residual)

@@ -13,7 +13,7 @@ from twistcore.detection.quantity import OwnFrames, Quantity
 def noise_of_joint(search: KindSearch, interval: Interval) -> Quantity:
     """Return the curve of the joint's noise σ near each frame.
 
-    Its limit is the smallest σ of a burst.
+    The limit of the curve is the smallest σ of a burst.
     """
     own = OwnFrames.of(search.motion)
     sigma, least = noise_curve(own.motion, search.joint_of(interval))

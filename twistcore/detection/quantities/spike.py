@@ -14,8 +14,8 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 def angle_off_path(search: KindSearch, interval: Interval) -> Quantity:
     """Return the curve of the angle between the joint's rotation and its path.
 
-    The path is interpolated between neighbouring frames. The limit is the smallest angle that
-    counts as a spike.
+    The path is interpolated between neighbouring frames. The limit of the curve is the
+    smallest angle that counts as a spike.
     """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)

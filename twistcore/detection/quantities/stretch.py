@@ -16,8 +16,9 @@ from twistcore.skeleton.rotation import wrap
 def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
     """Return the curve of the difference between the joint's roll and its usual roll.
 
-    If the usual roll is unknown, the mean roll outside the interval is used instead. The limit is
-    the smallest difference that is listed. The result is None if both rolls are unknown.
+    If the usual roll is unknown, the mean roll outside the interval is used instead. The limit of
+    the curve is the smallest difference that is reported. The result is None if both rolls are
+    unknown.
     """
     off = roll_off(search, search.joint_of(interval), (interval.start, interval.stop))
     if off is None:

@@ -1,4 +1,4 @@
-"""Compute the curve that shows a turned end: the rotation relative to the frame before a flip."""
+"""The curve of a turned end: the rotation relative to the frame before the flip."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from twistcore.skeleton.rotation import geodesic_angle
 
 
 def angle_from_before(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the angle between the rotation of a joint and its rotation just before an interval.
+    """Return the curve of a joint's rotation angle relative to the frame before an interval.
 
-    The angle is computed after all automatic corrections, in each frame of the clip, in degrees.
-    The limit of the curve is the smallest angle of a turned end.
+    The angle is computed after all automatic corrections, in degrees. The limit of the curve is the
+    smallest angle of a turned end.
 
     Parameters
     ----------

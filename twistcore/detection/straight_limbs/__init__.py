@@ -1,4 +1,4 @@
-"""Find counter-twists of straight limbs, in which no position shows the error."""
+"""Find counter-twists of straight limbs, which joint positions do not reveal."""
 
 from __future__ import annotations
 

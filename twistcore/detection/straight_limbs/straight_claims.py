@@ -1,4 +1,4 @@
-"""Decide which errors of a chain belong to a straight limb and which to its jumps [Method]."""
+"""Decide which twist errors a chain has in straight poses and which between jumps [Method]."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ CLEAR = 10.0  # minimum ratio of an error to the spread of the hinge; a smaller 
 # naturally deviates from its hinge.
 NEARLY = 1.6
 ROUNDS = 3  # rounds of removing jumps that contradict the bent limb
-# If the intervals between jumps leave at most this much more opposite turn, in radians, they
-# explain the motion.
+# If the intervals between jumps leave at most this much more opposite rotation unexplained, in
+# radians, they explain the motion.
 AS_LITTLE = float(np.radians(2.0))
 BESIDE = 1  # frames on either side of a spell that may belong to its transitions
 
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval between jumps.
+    """A twist error in an interval between two jumps.
 
     Attributes
     ----------
@@ -77,12 +77,12 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The jumps of a chain, from which the intervals between them are computed.
+    """The jumps of a chain, and the data from which the intervals between them are computed.
 
     Attributes
     ----------
     counter
-        The counter-rotation of all chains that are analysed together.
+        The twist increments of all chains that are analysed together, and their residuals.
     row
         The row of the chain in `counter`.
     edges
@@ -90,7 +90,7 @@ class Jumps:
     step
         Mask of the frames in which the offset of an interval may change, shape (frames,).
     tables
-        The gains of all pairs of edges, one table for each segment between cuts.
+        The evidence (gain) for each pair of edges, one table for each segment between cuts.
     tau
         The automatic τ in radians.
     fps
@@ -106,7 +106,7 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Return the jumps without the edges whose peak is in a mask of frames, (frames,)."""
+        """Return a copy without edges that have a peak in the frames of a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
@@ -120,7 +120,7 @@ class Jumps:
         return total
 
     def found(self) -> list[_Jumping]:
-        """Return the intervals that best explain the jumps, including those with only one edge."""
+        """Return the intervals that best explain the jumps, including intervals with one edge."""
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
@@ -140,7 +140,7 @@ class StraightLimb:
     errors
         The errors, sorted by start.
     claimed
-        Mask of the frames whose jumps belong to these errors, shape (frames,).
+        Mask of the frames in which jumps are part of these errors, shape (frames,).
     bend
         The bend of the limb.
     """
@@ -158,10 +158,10 @@ class StraightLimb:
         return total
 
     def leaves(self, jumps: Jumps) -> Jumps:
-        """Return the jumps that do not belong to these errors and do not contradict the bent limb.
+        """Return the jumps that are not part of these errors and that agree with the bent limb.
 
-        An interval contradicts the bent limb if its correction would turn the limb away from the
-        hinge. The edges of such an interval are removed.
+        An interval between jumps contradicts the bent limb if its correction would rotate the limb
+        out of its hinge plane. The edges of such an interval are removed.
         """
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
@@ -177,12 +177,12 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return the errors in a chain's straight spells that the chain's jumps do not explain.
+    """Return the twist errors of a straight limb that the jumps of its chain do not explain.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
     because it has no grandchild. An interval between jumps takes priority over an error of the
-    straight limb in only two cases: its correction brings the bent limb back to the hinge, or it
-    leaves hardly more opposite turn of parent and child unexplained.
+    straight limb in only two cases: its correction brings the bent limb back into its hinge plane,
+    or it explains the opposite rotations of parent and child almost as well.
 
     Parameters
     ----------
@@ -226,7 +226,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs after the removal of twist errors.
+    """Return a copy of the limbs with twist errors removed.
 
     `offsets` contains the errors in radians, shape (frames,), keyed by the row of their chain.
     """
@@ -248,19 +248,20 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Return the errors of a spell that can be corrected without turning the limb off its hinge.
+    """Return the errors in a spell whose correction keeps the limb in its hinge plane.
 
-    The result is empty if intervals between jumps explain the spell. Only the segment of the spell
-    is examined, because a long clip has thousands of spells.
+    A spell is a range of frames in which the limb is straight. The result is empty if intervals
+    between jumps explain it. Only the segment that contains the spell is examined, because a long
+    clip has thousands of spells.
 
     Parameters
     ----------
     increments
         The twist increments of parent and child, radians, each with the shape (frames,).
     scales
-        The scales of both increments in the whole clip.
+        The scales of both increments in the whole clip, from :func:`scale_of`.
     jumping
-        The intervals between jumps in the segment of the spell.
+        The intervals between jumps in the segment that contains the spell.
     bend
         The bend of the limb.
     spell
@@ -291,7 +292,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of parent and child, in radians, after the intervals are removed."""
+    """Return the increments of parent and child after removing intervals, in radians."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset
@@ -300,7 +301,7 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _is_nearer_hinge(jumping: _Jumping, bend: Bend) -> bool | None:
-    """Return True if correcting an interval brings the bent limb closer to its hinge.
+    """Return True if correcting an interval brings the bent limb closer to its hinge plane.
 
     The result is None if this is unknown.
     """

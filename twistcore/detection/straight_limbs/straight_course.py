@@ -1,10 +1,10 @@
 """Compute the twist error of a straight limb over time [Method].
 
-While the bone of a child C is in line with the bone of its parent P, no position shows how a twist
-is divided between P and C. Three things are still known about the twist error δ. First, the twists
-X − δ of P and Y + δ of C are smooth, where X and Y are the sums of the twist increments x and y.
-Second, δ is 0 where the limb is bent. Third, δ seldom changes. The curve δ(t) that best satisfies
-these conditions is computed by iteratively reweighted least squares.
+While the bone of a child C is in line with the bone of its parent P, joint positions do not show
+how a twist is divided between P and C. Three properties of the twist error δ are still known.
+First, the twists X − δ of P and Y + δ of C are smooth, where X and Y are the sums of the twist
+increments x and y. Second, δ is 0 where the limb is bent. Third, δ seldom changes. The curve δ(t)
+that best satisfies these conditions is computed by iteratively reweighted least squares.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def error_course(
     """Return the twist error δ in frames [start, stop), in radians.
 
     In the rest of the segment [low, high), δ is 0. If the frames begin or end at a border of the
-    segment, δ is free there, because the motion beyond is unknown.
+    segment, δ may have any value at this border, because the motion beyond it is unknown.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def error_course(
 def scale_of(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, in radians.
 
-    `step` is the rounding step of the angles in the file, in radians, which determines the smallest
-    result.
+    `step` is the rounding step of the angles in the file, in radians. It determines the smallest
+    possible result.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -90,7 +90,7 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return scaled least-squares equations: both twists are smooth and come to rest.
+    """Return least-squares equations that make the twists of parent and child smooth and slow.
 
     The unknowns are the values of δ. The parameters have the same meaning as in
     :func:`error_course`. The increment to the first frame of the segment is not used, because it
@@ -115,7 +115,7 @@ def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """Solve the equations with weights that let δ change either by much or not at all.
+    """Solve the equations with weights that make δ change either by a large amount or not at all.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
     begins, ends
         True if δ is 0 before the first frame and after the last frame, respectively.
     step
-        The smallest change of δ, radians per frame.
+        The smallest significant change of δ, radians per frame.
 
     Returns
     -------

@@ -13,7 +13,7 @@ STRAIGHT = "a straight limb"  # the value of "follows" in the evidence
 
 
 def interval_of(chain: str, error: StraightError) -> Interval:
-    """Return an error of a straight limb as an interval of the named chain."""
+    """Convert an error of a straight limb to an interval of the named chain."""
     return Interval(
         chain,
         error.start,

@@ -1,4 +1,4 @@
-"""Find the spells of a limb (frame ranges in which it is straight), and the errors in them.
+"""Find the spells of a limb (frame ranges in which the limb is straight) and their twist errors.
 
 P is the parent and C the child of the limb's chain, and δ is the twist error of P.
 """
@@ -17,7 +17,7 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # bend above which a limb is called bent and shows its twist well
+BENT = float(np.radians(30.0))  # a limb with a larger bend is bent, and shows its twist well
 ANCHOR_SECONDS = 0.1  # minimum time for which a limb must be bent to show its hinge
 SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
 WINDOW = 0.13  # duration in seconds of a transition, in which P and C turn in opposite directions
@@ -43,10 +43,11 @@ class Bend:
     angle
         The angle between the child's bone and the parent's bone, in [0, π], shape (frames,).
     azimuth
-        The direction of the child's bone about the parent's bone, relative to the usual direction
-        in the bent limb, radians in (−π, π], shape (frames,); None if the joint is not a hinge.
+        The direction of the child's bone about the parent's bone, relative to its usual direction
+        when the limb is bent, radians in (−π, π], shape (frames,); None if the joint is not a
+        hinge.
     spread
-        The 75 % quantile of the azimuth's magnitude in the bent limb, radians.
+        The 75 % quantile of the azimuth's magnitude when the limb is bent, radians.
     """
 
     angle: Array
@@ -76,7 +77,7 @@ class Bend:
         where
             Mask of the frames to use, or None for all.
         share
-            The largest ratio of the distance after the correction to the distance before it.
+            The largest accepted ratio of the distance after the correction to the distance before.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -91,7 +92,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) in which a limb is not bent, in the segment [low, high) between cuts."""
+    """Frames [start, stop) in which a limb is straight, in a segment [low, high) between cuts."""
 
     start: int
     stop: int
@@ -100,13 +101,13 @@ class Spell:
 
     @property
     def closed(self) -> int:
-        """The number of ends of the spell, 0…2, next to which the limb is bent."""
+        """The number of sides of the spell (0, 1 or 2) on which the limb is bent."""
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the positions of the windows of `window` frames that overlap the spell.
+        """Return the positions of all windows of `window` frames that overlap the spell.
 
-        The position of a window is the index of the frame before it.
+        The position of a window is the index of the frame before the window.
         """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
@@ -123,11 +124,11 @@ class StraightError:
     peak
         The middle frame of the clearest transition.
     turns
-        The turns of parent and child in that transition, radians.
+        The rotations of parent and child in that transition, radians.
     strength
         The magnitude of the change of δ in that transition, radians.
     closed
-        The number of ends of the spell next to which the limb is bent.
+        The number of sides of the spell on which the limb is bent.
     """
 
     start: int
@@ -144,7 +145,7 @@ class StraightError:
 
 
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
-    """Return the bend of a limb.
+    """Return the bend of a limb in each frame.
 
     `q_child` contains the local rotations of the child, (frames, 4). `axis` and `arm` are unit
     vectors along the parent's bone and the child's bone, (3,) or (frames, 3).
@@ -170,10 +171,10 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells (straight frame ranges) in a segment [low, high) that may have an error.
+    """Return the straight frame ranges (spells) of a segment [low, high) that may have an error.
 
-    In such a spell, parent and child turn in opposite directions, and the limb is bent before or
-    after it. `increments` contains the twist increments of parent and child in radians.
+    In these spells, parent and child rotate in opposite directions. The limb must be bent before or
+    after the spell. `increments` contains the twist increments of parent and child in radians.
     """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
@@ -186,7 +187,7 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors in a spell: runs of δ that begin or end with opposite turns of the joints.
+    """Return the errors in a spell: runs of δ that begin or end with opposite joint rotations.
 
     `increments` contains the twist increments of parent and child. `delta` contains the twist error
     δ in all frames, which is 0 outside the spell. Both arrays are in radians.
@@ -227,17 +228,17 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return the opposite turn of parent and child that remains after removing δ, in radians.
+    """Return the opposite rotation of parent and child that remains without δ, in radians.
 
-    The result is the maximum over the windows of the spell. The pace (mean turn per frame) next to
-    each window is subtracted, and the joint with the smaller scale has the greater weight.
+    The result is the maximum over the windows of the spell. The pace (mean rotation per frame) next
+    to each window is subtracted, and the joint with the smaller scale has the greater weight.
 
     Parameters
     ----------
     increments
         The twist increments of parent and child, radians.
     scales
-        The scales of both increments.
+        The scales of both increments, from :func:`scale_of`.
     delta
         The twist error δ in all frames, radians, shape (frames,).
     spell
@@ -255,12 +256,12 @@ def left_over(
 
 
 def window_of(fps: float) -> int:
-    """Return the length of the window in which a transition is searched for, in frames."""
+    """Return the length, in frames, of the window in which a transition is searched for."""
     return max(2, round(WINDOW * fps))
 
 
 def _joined_runs(there: Mask, fps: float) -> list[tuple[int, int]]:
-    """Return the runs of True in a mask, after joining runs that a short pause separates."""
+    """Return the runs of True in a mask, after joining runs separated by a short gap."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):
         if out and start - out[-1][1] < PAUSE * fps:
@@ -270,10 +271,10 @@ def _joined_runs(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the turns of parent and child over the windows of a spell, in radians.
+    """Return the rotations of parent and child over the windows of a spell, in radians.
 
-    The pace (mean turn per frame) next to a window is subtracted only if the turns are not clearly
-    opposite without this.
+    The pace (mean rotation per frame) next to a window is subtracted only if the rotations are not
+    clearly opposite without this.
     """
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
@@ -283,8 +284,8 @@ def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[A
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
     """Return the sums of a signal over the windows of a spell, and these sums minus the pace.
 
-    The pace is the mean of the signal next to a window. Only increments in the segment of the spell
-    are used. At the ends of the segment, the outermost value is repeated.
+    The pace is the mean of the signal next to a window. Only values in the segment that contains
+    the spell are used, and the outermost values are repeated beyond the segment.
     """
     window = window_of(fps)
     half = window // 2
@@ -301,11 +302,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the smaller magnitude of two opposite turns, or 0 if they are not opposite."""
+    """Return the smaller magnitude of two opposite rotations, or 0 if they are not opposite."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return True where two joints turn in opposite directions by similar angles."""
+    """Return True where two joints rotate in opposite directions by similar angles."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
