@@ -1,8 +1,8 @@
 """Check the values in a parsed document before objects are built from them.
 
 A document from an unknown source may contain any value anywhere. Each function returns the value if
-it is as expected. If not, it raises FormatError with a short sentence that has the expected value,
-its place and the value found. The parameter `what` is the name of the place.
+it is as expected. If not, it raises FormatError with a short message that states the expected
+value, the actual value, and its place in the document. The parameter `what` names this place.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ def shown_words(said: object) -> str:
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """Return a FormatError with the expected value, its place `what`, and the value found."""
+    """Return a FormatError that states the expected and the actual value, and their place `what`."""
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
@@ -143,7 +143,10 @@ def text(value: Any, what: str) -> str:
 
 
 def path_text(value: Any, what: str) -> str:
-    """Return the value if it can be a path. Bytes that are not UTF-8 may be surrogate escapes."""
+    """Return the value if it can be a path.
+
+    It may contain surrogate escapes, which represent bytes that are not UTF-8.
+    """
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -211,7 +214,7 @@ def texts(value: Any, what: str) -> tuple[str, ...]:
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Apply `read` to every item of a list. An error message has the number of the wrong item."""
+    """Apply `read` to every item of a list. An error message states the invalid item's number."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with errors_naming(f"{what}, number {k}"):
@@ -220,7 +223,7 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return the frames `start` and `stop` of an entry, which must be a non-empty span.
+    """Return the values of the keys `start` and `stop` of an entry, a non-empty span of frames.
 
     `last` is the largest allowed value of `stop`.
     """

@@ -323,7 +323,10 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Return the skeleton file as an Asf, with its joints in depth-first order."""
+    """Return the file's contents as an Asf, with the joints in depth-first order.
+
+    Raises AmcError at the word `hierarchy` if a bone is not connected to the root.
+    """
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

@@ -253,10 +253,10 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """Return the axes of the other two channels' turns in an array of states.
+    """Return the axes that contain the turns of the other two channels in an array of states.
 
-    Its shape is (solutions, turns, turns, turns). Inserting these axes lets an array (solutions,
-    turns) of one channel broadcast.
+    The array of states has the shape (solutions, turns, turns, turns). If these axes are inserted
+    into an array (solutions, turns) for one channel, the two arrays broadcast.
     """
     return tuple(1 + c for c in range(3) if c != channel)
 
@@ -299,7 +299,7 @@ def unrolled_angles(order: str, angles: Array) -> Array:
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are
     chosen. They may have additional full turns. For three different axes, they may be the other
     solution, and in gimbal lock, they may divide the rotation differently between the outer angles.
-    The choice is kept until the next such step. Angles without such steps do not change in any bit.
+    The choice is kept until the next such step. Angles without such steps stay bit-for-bit equal.
     """
     out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
     steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)

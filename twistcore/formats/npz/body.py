@@ -85,7 +85,10 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side, or None if unknown."""
+    """Return a joint's offset in metres, mirrored for the right side, or None if unknown.
+
+    `shares` has the offsets of joints on the left as fractions of the body height.
+    """
     left = name.replace("right_", "left_")
     if left not in shares:
         return None

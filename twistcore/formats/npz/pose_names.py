@@ -1,8 +1,8 @@
 """Names of the arrays in which files store poses of SMPL's joints.
 
-AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release repeats `poses` in parts.
-Other files have only parts, named as in AMASS or in the package smplx. AIST++ [Li et al. 2021] has
-`smpl_poses`, `smpl_trans` and `smpl_scaling`.
+AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release also stores parts of `poses`
+in separate arrays. Other files have only such arrays, named as in AMASS or in the package smplx.
+AIST++ [Li et al. 2021] has `smpl_poses`, `smpl_trans` and `smpl_scaling`.
 """
 
 from __future__ import annotations
