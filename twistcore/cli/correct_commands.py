@@ -146,7 +146,11 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """Return text such as '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'."""
+    """Return text about the intervals in `found` that were not corrected, or ''.
+
+    An example is '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'. `applied` is the
+    number of corrected intervals.
+    """
     left = sum(i.repairable for i in found) - applied
     words = (f", {left} left for a person to judge" if left else "") + uncorrectable_counts(found)
     if not words:

@@ -88,7 +88,7 @@ def say_all(text: str) -> None:
 
 
 def remark(text: str) -> None:
-    """Print what the command has done on standard output, unless --quiet or --json is given."""
+    """Print on standard output what the command has done, unless --quiet or --json is given."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 

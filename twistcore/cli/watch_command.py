@@ -138,9 +138,10 @@ class _Watch:
         return ended
 
     def _tell(self, error: TwistError, later: int) -> None:
-        """Print an error once. Raise it if nothing has worked yet or if this is the only round.
+        """Print an error, unless it was printed before, or raise it.
 
-        `later` is the number of earlier looks or rounds that worked.
+        It is raised with the option --once, or if `later`, the number of successful looks or rounds
+        before this one, is 0.
         """
         if self.arguments.once or not later:
             raise error

@@ -36,7 +36,9 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
 
 def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
-    """Return the recognised joints' names in the scheme 'cmu' or 'smpl', keyed by old name.
+    """Return new names for the recognised joints, keyed by old name.
+
+    `naming` is the scheme of the new names, 'cmu' or 'smpl'.
 
     Joints are recognised by the names of either scheme. Arms and legs are also recognised by any
     other known name.

@@ -85,9 +85,10 @@ def is_file(path: Path | str) -> bool:
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return a folder of the user, or a path that cannot be created if there is no home folder.
+    """Return one of the user's folders, such as the cache folder.
 
-    `find` is a function of platformdirs. Without a home folder, it raises an error or, in older
+    `find` is the function of platformdirs that returns the folder. If there is no home folder, a
+    path that cannot be created is returned. In this case, `find` raises an error or, in older
     versions, returns a path that begins with '~' and would be created in the current folder.
     """
     with suppress(RuntimeError):

@@ -256,7 +256,10 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """Return the file's bytes, with all rotations and positions that differ from `motion` replaced."""
+    """Return the file's bytes, with all rotations and positions replaced by those of `motion`.
+
+    Numbers that do not differ keep their bytes.
+    """
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)

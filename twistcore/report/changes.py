@@ -83,7 +83,7 @@ class FidelityCheck:
 
 @dataclass(frozen=True)
 class MeasureSum:
-    """The changes of one protected measure by all corrections.
+    """The changes that all corrections caused in one protected measure.
 
     A protected measure is a quantity that a correction must not make worse.
 
@@ -128,7 +128,7 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return the changes of each protected measure of limbs and their neighbours.
+    """Return how the corrections changed each protected measure of limbs and their neighbours.
 
     Parameters
     ----------

@@ -141,7 +141,7 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """Return the changes of each protected measure by the corrections."""
+        """Return how the corrections changed each protected measure (:class:`MeasureSum`)."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -268,7 +268,7 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(judged: Judged) -> str:
-    """Return 'carried' if an error also rotated the limb's end or the joints below, or 'kept'.
+    """Return 'carried' if an error also rotated the limb's end or the joints below, else 'kept'.
 
     The result is '' for kinds of errors without this distinction.
     """

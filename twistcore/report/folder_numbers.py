@@ -1,4 +1,4 @@
-"""Count the intervals, their sizes and the affected frames of a batch."""
+"""Count the intervals of a batch, by kind, joint and size, and the affected frames."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ class ClipRow:
     applied
         Number of corrected intervals, None if nothing was corrected.
     decided, of
-        Numbers of decided and of all intervals; `decided` is None if nobody reviewed the clip.
+        Number of decided intervals, or None if nobody has reviewed the clip, and number of all
+        intervals.
     reviewers
         Names of the reviewers.
     unchecked
@@ -85,7 +86,7 @@ class ClipRow:
 
 @dataclass
 class FolderNumbers:
-    """The numbers of clips and intervals in a batch, summed over the clips.
+    """Counts of clips, intervals and frames in a batch.
 
     Attributes
     ----------

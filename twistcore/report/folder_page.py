@@ -80,7 +80,10 @@ def folder_page(
 
 
 def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page with only the manifest's data. `why` is the reason for this."""
+    """Return a clip's page with only the manifest's data.
+
+    `why` is the reason why there is nothing else, such as a missing file.
+    """
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -96,7 +99,7 @@ def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
     """Return the kinds of errors that have a column in the table.
 
-    Kinds of capture faults have one only if there are such faults.
+    A kind of capture fault has a column only if the batch has such faults.
     """
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 

@@ -16,11 +16,11 @@ from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-MOST_BYTES = 2_150_000  # for figure, motion and texts, so that a page has at most 3 MB
+MOST_BYTES = 2_150_000  # for figure, motion and labels, so that a page has at most 3 MB
 _LONGEST = 4.0  # seconds that are played of one interval
 _TURN, _PLACE = 4 * 2, 3 * 4  # bytes of a rotation and of a position
 _BASE64 = 4 / 3
-_BODY, _TEXTS = 8_000, 2_500  # bytes for the shape of each joint, and for each interval's texts
+_BODY, _TEXTS = 8_000, 2_500  # bytes for the shape of each joint, and for each interval's labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def pictured_frame(interval: Interval) -> int:
 
 
 def applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals of a report and the intervals in `also`, without duplicates."""
+    """Return the applied intervals of a report, followed by those in `also`, without duplicates."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 

@@ -1,4 +1,4 @@
-"""Create the report on a clip of a batch folder from its file and the manifest."""
+"""Create the report on a clip of a batch folder from the clip's file and the manifest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Protocols by which errors are injected. Each varies one parameter of the paper's protocol."""
+"""Define protocols for injecting errors. Each varies one parameter of the paper's protocol."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Protocol:
     jitter, leak
         Standard deviation of white noise on the offset and on the counter-rotation, degrees.
     stairs
-        Number of equal steps in which the offset rises to δ.
+        Number of equal steps by which the offset rises to δ.
     flicker
         True to apply the offset only in every other frame.
     compensated

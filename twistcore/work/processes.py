@@ -275,7 +275,7 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Start a process that runs requested calls.
+    """Start a worker process, which runs the calls that it receives.
 
     The process is spawned, because a forked process may hang if this program has threads.
     """

@@ -15,7 +15,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; may raise t
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    The class is not a subclass of Exception, so that no error handler catches it.
+    The class is not a subclass of Exception, so that `except Exception` does not catch it.
     """
 
 

@@ -102,7 +102,7 @@ def angles_near(order: str, q: Array, near: Array) -> Array:
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
     """Return (row, channel) of each step of more than half a turn. Angles are in radians.
 
-    Row n is the step from the last row to `after`.
+    Row k is the step to row k of `angles`, and row len(angles) is the step to `after`.
     """
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]

@@ -68,7 +68,7 @@ class Rewriting:
 
 
 def unrolled(clip: BvhClip) -> Rewriting:
-    """Replace angles that jump by equivalent ones (see :func:`unrolled_angles`)."""
+    """Replace angles that jump with equivalent angles (see :func:`unrolled_angles`)."""
     values = clip.values.copy()
     for layout in clip.channels:
         if columns := list(layout.rotation):
