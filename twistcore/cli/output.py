@@ -164,7 +164,11 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code. `done` is the number of processed clips."""
+    """Print the problems and return the exit code.
+
+    The code is 0 without problems, 1 with problems, and 2 if `done`, the number of processed clips,
+    is 0.
+    """
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2

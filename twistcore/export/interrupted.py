@@ -1,4 +1,4 @@
-"""Create a marker file during an export, so that an interrupted export is recognised.
+"""Create a marker file during an export, so that an interrupted export can be recognised.
 
 An export writes the clip before its session and report. If the program is killed in between, the
 session of an earlier export remains next to the new clip.

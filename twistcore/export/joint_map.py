@@ -1,4 +1,4 @@
-"""Read new names of joints from a file, or find the names of a known skeleton."""
+"""Read new joint names from a file, or find the names in a known naming scheme."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.skeleton.motion import Motion
 
 
 def read_joint_map(path: Path) -> Mapping[str, str]:
-    """Read new names of joints, keyed by old name, from a JSON object or a CSV with two columns.
+    """Read new joint names, keyed by old name, from a JSON object or a CSV with two columns.
 
     Raises FormatError if the file is neither, and TwistError if it cannot be read.
     """

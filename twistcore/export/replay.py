@@ -169,7 +169,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit a clip.
+    """Raise ClipMismatchError unless a session's hash, chains, frames and tracking fit a clip.
 
     `chains` are the chains and limbs of the clip.
     """

@@ -88,7 +88,7 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the text of a script that sets the corrections as keys.
+    """Return the text of a script that sets the corrections as animation keys.
 
     Parameters
     ----------

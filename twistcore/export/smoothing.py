@@ -1,4 +1,4 @@
-"""Smooth the joints of a review with a spline after the twist correction."""
+"""Smooth the joints chosen in a review with a spline, after the twist correction."""
 
 from __future__ import annotations
 

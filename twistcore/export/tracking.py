@@ -1,4 +1,4 @@
-"""Track the joints of a review with QuaMo after the twist correction."""
+"""Track the joints chosen in a review with QuaMo, after the twist correction."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # a reason for which a joint moved
+_TRACKED = "tracking"  # a reason why a joint moved
 NOT_CORRECTABLE = "not correctable"  # verdict on an accepted interval that is still in the clip
 # The value of each column for an interval, as a function of the interval and the frame rate. The
 # report fills in `decision` and `stuck`.
@@ -327,7 +327,7 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return the reasons for which a joint moved, separated by commas, or ''.
+    """Return the reasons why a joint moved, separated by commas, or ''.
 
     The reasons are the kinds of corrected errors, and tracking.
     """

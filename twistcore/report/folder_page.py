@@ -1,4 +1,4 @@
-"""Write the page of a batch folder, and simple pages of clips that cannot be read again."""
+"""Write a batch report's overview page, and simple pages for clips that can no longer be read."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class HistogramBar:
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page of a batch folder as HTML.
+    """Return the overview page of a batch report as HTML.
 
     Parameters
     ----------

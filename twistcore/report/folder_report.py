@@ -42,7 +42,7 @@ class FolderReport:
     index
         Path of the overview.
     pages
-        Number of pages of clips.
+        Number of clip pages.
     problems
         The reasons why pages are incomplete.
     """

@@ -92,10 +92,10 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFin
 def played_data(
     report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the data for the page's script that plays intervals, without any names.
+    """Return the data for the script that plays intervals on the page, without any names.
 
-    The data has the same form as in lessons. `player` is the figure as in :class:`Drawn`. Rotations
-    are quaternions of 16-bit numbers, which the script scales to length 1.
+    The data has the same form as on lesson pages. `player` is the figure as in :class:`Drawn`.
+    Rotations are quaternions of 16-bit numbers, which the script scales to length 1.
     """
     spans = _joined([find.span for find in finds])
     pages = [

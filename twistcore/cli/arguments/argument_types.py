@@ -122,7 +122,8 @@ def tau(text: str) -> float | None:
 def tau_degrees(text: str) -> float | None:
     """Convert a string to the threshold τ in degrees, above 0 and at most 180.
 
-    'auto' is converted to None."""
+    'auto' is converted to None.
+    """
     if text == "auto":
         return None
     value = _number_in(text)

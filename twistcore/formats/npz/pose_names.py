@@ -1,4 +1,4 @@
-"""Names of the arrays in which files store poses of SMPL's joints.
+"""Array names under which files store SMPL poses.
 
 AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release also stores parts of `poses`
 in separate arrays. Other files have only such arrays, named as in AMASS or in the package smplx.
@@ -57,7 +57,7 @@ class PosePart:
 
 @dataclass(frozen=True)
 class PoseNames:
-    """The names of the arrays in one layout of files.
+    """The array names in one file layout.
 
     Attributes
     ----------
