@@ -115,7 +115,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
 def apply_command(arguments: argparse.Namespace) -> int:
     """Apply a session, or all sessions in a folder, and return the exit code.
 
-    The window's export writes the same clips.
+    The written clips are the same as those exported from the window.
     """
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
@@ -165,7 +165,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Print problems and notes. Return 1 if there are problems, or 0."""
+    """Print problems and notes. Return 1 if there are problems, and 0 if not."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:

@@ -44,7 +44,7 @@ def marked_export(session: Path, clip: Path) -> Iterator[None]:
 def was_interrupted(session: Path) -> bool:
     """Return True if the last export with this session was killed.
 
-    The session may be missing or older than the exported clip.
+    In this case, the session may be missing or older than the exported clip.
     """
     mark = part_name(session, _EXPORT)
     return is_file(mark) and not is_held(mark)

@@ -100,7 +100,8 @@ def own_folder(find: Callable[[], Path]) -> Path:
 def real_path(path: Path) -> Path:
     """Return the absolute path with links resolved as far as possible.
 
-    Unlike `Path.resolve`, the function returns the path of the link for a loop of links.
+    Unlike `Path.resolve`, the function does not fail for a loop of links. It returns the link's
+    path.
     """
     return Path(os.path.realpath(path))
 

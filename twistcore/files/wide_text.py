@@ -40,7 +40,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Convert a changed text in UTF-8 to the file's encoding."""
+        """Convert changed text from UTF-8 to the file's encoding."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 

@@ -26,7 +26,7 @@ def write_glb(motion: Motion, path: str | Path, *, unit: float = 1.0) -> None:
     """Write a motion as a .glb file, atomically.
 
     Joints keep their names, offsets and places in the hierarchy. The root joints are children of a
-    node that is named after the file and converts Z up to Y up. End Sites are left out.
+    node that is named after the file and converts Z up to Y up. End Sites are omitted.
 
     Parameters
     ----------

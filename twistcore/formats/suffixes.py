@@ -1,4 +1,4 @@
-"""The suffixes of all formats, which can be imported without loading a reader or numpy."""
+"""The suffixes of all formats. Importing this module loads neither a reader nor numpy."""
 
 from __future__ import annotations
 

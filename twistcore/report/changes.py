@@ -130,6 +130,8 @@ def protected_sums(
 ) -> tuple[MeasureSum, ...]:
     """Return how the corrections changed each protected measure of limbs and their neighbours.
 
+    A protected measure is a quantity that a correction must not make worse.
+
     Parameters
     ----------
     motion
@@ -208,7 +210,7 @@ def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
-    """Return a mask of the numbers that are written with the same bytes, (frames, columns)."""
+    """Return a mask of the numbers that have the same bytes in both clips, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
         raise TwistError(

@@ -257,7 +257,7 @@ def frames_around(interval: Interval, motion: Motion) -> Span:
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap the angles `before` and `after` along a third angle, `expected`, and return them.
+    """Unwrap the angles `before` and `after` so that they stay near a third angle, `expected`.
 
     The results differ from the unwrapped `expected` by at most half a turn.
     """

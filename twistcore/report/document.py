@@ -227,7 +227,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return the number of decisions of each reviewer, and the first and the last time.
+    """Return each reviewer's number of decisions, and the times of the first and the last one.
 
     Decisions without a reviewer's name are counted under the name ''.
     """

@@ -180,7 +180,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their positions, up to a comment, which begins with '#'."""
+    """Split a line into words with their positions, and ignore a comment, which begins with '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():

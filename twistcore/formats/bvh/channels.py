@@ -1,4 +1,4 @@
-"""Find each joint's columns in the rows of numbers of a BVH file, and convert rows to a motion."""
+"""Find each joint's columns in the motion data of a BVH file, and convert the data to a motion."""
 
 from __future__ import annotations
 

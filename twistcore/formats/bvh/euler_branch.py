@@ -294,12 +294,13 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
 
 
 def unrolled_angles(order: str, angles: Array) -> Array:
-    """Replace angles by equivalent ones without avoidable jumps, in degrees, (n, channels).
+    """Replace angles with equivalent ones without avoidable jumps, in degrees, (n, channels).
 
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are
-    chosen. They may have additional full turns. For three different axes, they may be the other
-    solution, and in gimbal lock, they may divide the rotation differently between the outer angles.
-    The choice is kept until the next such step. Angles without such steps stay bit-for-bit equal.
+    chosen. They may have additional full turns. If the three axes differ, they may be the other
+    solution with the same rotation, and in gimbal lock, they may divide the rotation differently
+    between the outer angles. The choice is kept until the next such step. Angles without such steps
+    stay bit-for-bit equal.
     """
     out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
     steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)

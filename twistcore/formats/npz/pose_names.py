@@ -155,7 +155,10 @@ def _by_parts(arrays: Arrays) -> PoseNames | None:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """Return the first choice of names whose arrays all have every joint in every frame."""
+        """Return the first of several groups of array names that exists and is complete, or ().
+
+        A group is complete if its arrays contain all of its `joints` in every frame.
+        """
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]
