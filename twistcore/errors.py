@@ -6,7 +6,7 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """The base class of all errors whose message users should see. The message is one sentence.
+    """Base class of all errors with a message for users. The message is one sentence.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class ClipError(TwistError):
     path
         The file.
     expected
-        A sentence about the expected contents.
+        A sentence that describes the expected contents.
     line, column
         The position in the file, from 1, or None if unknown.
     """

@@ -209,7 +209,7 @@ def _print(
 
 
 def _too_far(output: Path, found: Deviation) -> list[str]:
-    """Return a list with a sentence if the written poses differ by more than the limits."""
+    """Return a list with a sentence if the written poses differ by more than LIMITS, or []."""
     degrees, of_height = LIMITS
     if found.degrees <= degrees and found.of_height <= of_height:
         return []

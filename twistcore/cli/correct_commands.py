@@ -115,7 +115,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
 def apply_command(arguments: argparse.Namespace) -> int:
     """Apply a session, or all sessions in a folder, and return the exit code.
 
-    The window's export writes the same clips.
+    The written clips are the same as those exported from the window.
     """
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
@@ -146,7 +146,11 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """Return text such as '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'."""
+    """Return text about the intervals in `found` that were not corrected, or ''.
+
+    An example is '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'. `applied` is the
+    number of corrected intervals.
+    """
     left = sum(i.repairable for i in found) - applied
     words = (f", {left} left for a person to judge" if left else "") + uncorrectable_counts(found)
     if not words:
@@ -161,7 +165,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Print problems and notes. Return 1 if there are problems, or 0."""
+    """Print problems and notes. Return 1 if there are problems, and 0 if not."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:

@@ -373,7 +373,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 
 def _explain_peaks(found: Detection) -> None:
-    """For each chain, print the peaks above τ without an interval, and the reasons."""
+    """For each chain, print why peaks of the signal above τ did not become intervals."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:

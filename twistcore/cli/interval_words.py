@@ -1,4 +1,4 @@
-"""Describe the numbers of found, corrected and remaining intervals, and the unexamined limbs."""
+"""Describe how many intervals were found, corrected and left, and which limbs were not examined."""
 
 from __future__ import annotations
 
@@ -59,7 +59,10 @@ def unexamined_words(unexamined: Sequence[Unexamined]) -> str:
 
 
 def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
-    """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists."""
+    """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists.
+
+    The text is empty only if all intervals in `among` are counter-twists, too.
+    """
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""

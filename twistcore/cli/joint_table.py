@@ -45,7 +45,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _kind(name: JointName) -> str:
-    """Return the kind of joint that a name describes, for a joint outside all limbs."""
+    """Return the kind of joint that a name describes, for a joint that belongs to no limb."""
     if name.other:
         return "head, finger or prop"
     if name.helper:

@@ -9,7 +9,7 @@ from twistcore.cli.output import count_of, problem, remark
 
 
 def merge_command(arguments: argparse.Namespace) -> int:
-    """Merge batch folders, and print the failed clips, the problems and the numbers of clips.
+    """Merge batch folders, and print the failed clips, the problems and the clip counts.
 
     Returns the exit code: 0 if all clips have a result and all files were copied, and 1 if not.
     """

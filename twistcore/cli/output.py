@@ -88,7 +88,7 @@ def say_all(text: str) -> None:
 
 
 def remark(text: str) -> None:
-    """Print what the command has done on standard output, unless --quiet or --json is given."""
+    """Print on standard output what the command has done, unless --quiet or --json is given."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
@@ -164,7 +164,11 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code. `done` is the number of processed clips."""
+    """Print the problems and return the exit code.
+
+    The code is 0 without problems, 1 with problems, and 2 if `done`, the number of processed clips,
+    is 0.
+    """
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2

@@ -220,7 +220,10 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """Return True if the position is tracked: on request, with all joints, or with the root."""
+    """Return True if the position is tracked.
+
+    It is tracked on request and, by default, if all joints or the joint `placed` are tracked.
+    """
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints

@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise, print the size of the noise, and return the exit code."""
+    """Write a clip with synthetic noise, print the noise level, and return the exit code."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion

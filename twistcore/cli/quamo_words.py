@@ -35,7 +35,7 @@ def how_words(causal: bool, gains: Gains | None) -> str:
 
 
 def way_words(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Return a sentence about the frames that tracking needs and the lag of the result.
+    """Return a sentence about which frames tracking uses and how far the result lags behind.
 
     `dt` is the frame time in seconds. `place` is True if the position is tracked, too.
     """

@@ -176,7 +176,7 @@ def _curves(
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
-    """Return the sums of the curves of all clips, keyed by chain name."""
+    """Return the sum of all clips' curves for each chain, keyed by chain name."""
     out: dict[str, TauCurve] = {}
     for clip in clips:
         for name, curve in clip.items():
@@ -185,7 +185,7 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return how many minutes of a clip were examined: the maximum over its chains."""
+    """Return how many minutes of a clip were examined, which is the maximum over its chains."""
     return max(curve.minutes for curve in curves.values())
 
 

@@ -18,7 +18,7 @@ from twistcore.cli.output import Voice, count_of, note, problem, progress, speak
 from twistcore.errors import TwistError
 from twistcore.work.frozen import dataclass
 
-_SHARE = 9.0  # minimum pause after a look at the folder, as a multiple of the look's duration
+_SHARE = 9.0  # minimum pause after listing the folder, as a multiple of the time that this took
 
 
 def watch_command(arguments: argparse.Namespace) -> int:
@@ -28,14 +28,14 @@ def watch_command(arguments: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class Look:
-    """The changes in a folder since the previous look at it.
+    """The changes in a folder since it was last listed.
 
     Parameters
     ----------
     still
-        Clips that have not changed since the previous look.
+        Clips that have not changed since the folder was last listed.
     growing
-        Clips that are new or have changed since the previous look.
+        Clips that are new or have changed since the folder was last listed.
     gone
         Processed clips that no longer exist.
     news
@@ -51,14 +51,14 @@ class Look:
 def look_again(
     found: Iterable[Source], before: Mapping[str, str], done: Mapping[str, Source]
 ) -> Look:
-    """Compare the clips in a folder with the previous look and with the processed clips.
+    """Compare the clips in a folder with those listed before and with the processed clips.
 
     Parameters
     ----------
     found
         The clips that are in the folder now.
     before
-        The signatures at the previous look, keyed by path.
+        The signatures of the clips listed before, keyed by path.
     done
         The clips as they were processed, keyed by path.
     """
@@ -71,7 +71,7 @@ def look_again(
 
 
 class _Watch:
-    """The state of a watch, between two looks at the folder."""
+    """The state of a watched folder, between two listings."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
@@ -138,9 +138,10 @@ class _Watch:
         return ended
 
     def _tell(self, error: TwistError, later: int) -> None:
-        """Print an error once. Raise it if nothing has worked yet or if this is the only round.
+        """Print an error, unless it was printed before, or raise it.
 
-        `later` is the number of earlier looks or rounds that worked.
+        It is raised with the option --once, or if `later`, the number of earlier attempts that
+        succeeded, is 0.
         """
         if self.arguments.once or not later:
             raise error

@@ -74,7 +74,7 @@ class Difference:
     moved
         The joints whose position changed by more than rounding in the file can explain.
     rest_of_height
-        The largest change of position among the other joints, as a fraction of the height.
+        The largest change of position of the joints not in `moved`, as a fraction of the height.
     """
 
     joints: tuple[JointDifference, ...]
@@ -141,7 +141,7 @@ class Deviation:
     degrees
         The largest angle between world rotations of a joint, in degrees.
     joint, frame
-        The joint and the frame with this angle.
+        The joint and the frame in which this angle occurs.
     position
         The largest distance between positions of a joint, in the file's unit.
     of_height

@@ -17,5 +17,5 @@ def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[s
 
 
 def detection_tau_degrees(found: Detection) -> dict[str, float]:
-    """Return τ in degrees, keyed by the name of the chain or limb."""
+    """Return the detection threshold τ in degrees, keyed by the name of the chain or limb."""
     return {name: math.degrees(t) for name, t in found.tau.items()}

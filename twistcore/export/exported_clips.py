@@ -1,7 +1,7 @@
 """Recognise the corrected clips that this program has written next to the original clips.
 
-This module examines every clip in a folder, also in programs that do not load numpy. It therefore
-mostly uses file names, and opens few files.
+This module examines every clip in a folder, even in programs that do not load numpy. Therefore, it
+mostly uses file names and opens few files.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class FolderDifference:
     different
         The differences between clips with different motions, keyed by name.
     failed
-        The reasons why clips could not be compared, keyed by name.
+        The reason why a clip could not be compared, keyed by the clip's name.
     """
 
     only_a: tuple[str, ...]
@@ -155,5 +155,5 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
 
 
 def largest_degrees(difference: Difference) -> float:
-    """Return the largest angle between two rotations of a joint, in degrees, or 0."""
+    """Return the largest rotation difference of any joint, in degrees, or 0 if there is none."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

@@ -1,4 +1,4 @@
-"""Create a marker file during an export, so that an interrupted export is recognised.
+"""Create a marker file during an export, so that an interrupted export can be recognised.
 
 An export writes the clip before its session and report. If the program is killed in between, the
 session of an earlier export remains next to the new clip.
@@ -44,7 +44,7 @@ def marked_export(session: Path, clip: Path) -> Iterator[None]:
 def was_interrupted(session: Path) -> bool:
     """Return True if the last export with this session was killed.
 
-    The session may be missing or older than the exported clip.
+    In this case, the session may be missing or older than the exported clip.
     """
     mark = part_name(session, _EXPORT)
     return is_file(mark) and not is_held(mark)

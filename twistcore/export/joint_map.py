@@ -1,4 +1,4 @@
-"""Read new names of joints from a file, or find the names of a known skeleton."""
+"""Read new joint names from a file, or find the names in a known naming scheme."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.skeleton.motion import Motion
 
 
 def read_joint_map(path: Path) -> Mapping[str, str]:
-    """Read new names of joints, keyed by old name, from a JSON object or a CSV with two columns.
+    """Read new joint names, keyed by old name, from a JSON object or a CSV with two columns.
 
     Raises FormatError if the file is neither, and TwistError if it cannot be read.
     """
@@ -36,7 +36,9 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
 
 def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
-    """Return the recognised joints' names in the scheme 'cmu' or 'smpl', keyed by old name.
+    """Return new names for the recognised joints, keyed by old name.
+
+    `naming` is the scheme of the new names, 'cmu' or 'smpl'.
 
     Joints are recognised by the names of either scheme. Arms and legs are also recognised by any
     other known name.

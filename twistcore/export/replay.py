@@ -25,7 +25,7 @@ from twistcore.work.progress import Tell
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
-    """Return the motion to export: corrected by the accepted intervals, and then tracked.
+    """Return the motion after the accepted intervals are corrected and the chosen joints tracked.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about intervals that cannot be corrected and about joints that also move.
+    """Return sentences about uncorrectable intervals and about joints that corrections also move.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the chains and limbs of a clip according to a session.
+    """Return the chains and limbs of a clip, as specified by a session.
 
     Raises ClipMismatchError if the session does not fit the clip, as in :func:`check_belongs`.
     """
@@ -169,7 +169,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit a clip.
+    """Raise ClipMismatchError unless a session's hash, chains, frames and tracking fit a clip.
 
     `chains` are the chains and limbs of the clip.
     """

@@ -1,4 +1,4 @@
-"""Compute keys for the scene from which a clip was exported.
+"""Compute animation keys for the scene from which a clip was exported.
 
 The axes of a scene's joints depend on its importer, rig and bind pose, so the script measures them
 in the scene. Let

@@ -54,7 +54,7 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """The scene in which a script sets keys, and the place of the clip's frames in it.
+    """The scene in which a script sets keys, and the position of the clip's frames in it.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the text of a script that sets the corrections as keys.
+    """Return the text of a script that sets the corrections as animation keys.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def scene_script(
     intervals
         The intervals that the script lists.
     options
-        The scene.
+        The scene and the position of the clip's frames in it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Smooth the joints of a review with a spline after the twist correction."""
+"""Smooth the joints chosen in a review with a spline, after the twist correction."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from twistcore.skeleton.motion import Motion
 
 
 def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -> Tracking | None:
-    """Return settings that smooth the noise bursts in an interval and the bursts in `known`.
+    """Return settings that smooth the noise bursts in an interval, in addition to those in `known`.
 
     All joints with noise in the interval's frames are smoothed, each only in the frames of its
-    burst. The result is None if the interval has no noise.
+    burst. `known` are the existing settings, if any. The result is None if the interval has no
+    noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
     able = set(chosen_joints(motion.skeleton, None).tolist())

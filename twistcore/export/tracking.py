@@ -1,4 +1,4 @@
-"""Track the joints of a review with QuaMo after the twist correction."""
+"""Track the joints chosen in a review with QuaMo, after the twist correction."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def _network() -> Network:
 def knows_learned(motion: Motion) -> bool:
     """Return True if the built-in networks can track a motion.
 
-    They need a supported skeleton, a known unit of length, and a position of the root.
+    This requires a supported skeleton, a known length unit, and position channels of the root.
     """
     try:
         topology = find_topology(motion.skeleton)

@@ -145,7 +145,7 @@ def same_file(a: Path, b: Path) -> bool:
 
 
 def _descriptor_number(end: Path) -> int | None:
-    """Return the number of the open descriptor of this process to which a path refers, or None.
+    """Return this process's open file descriptor to which a path such as /dev/fd/3 refers, or None.
 
     `end` must not be a link.
     """
@@ -230,9 +230,9 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove a file left by a killed program.
+    """Remove a temporary file that a killed program left behind.
 
-    A link, a file of a different user and a file in use are kept.
+    Links, files of other users and files in use are kept.
     """
     try:
         status = part.lstat()
@@ -306,7 +306,7 @@ def free_name(path: Path, suffix: str = "") -> Path:
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
     """Write files into a folder, unless they already exist there with the same bytes.
 
-    `companions` has the bytes of the files, keyed by name. Raises TwistError before writing
+    `companions` contains the bytes of the files, keyed by name. Raises TwistError before writing
     anything if an existing file has different bytes, and OSError if writing fails.
     """
     missing = {name: data for name, data in companions.items() if not is_there(folder / name)}

@@ -1,8 +1,8 @@
 """Check the values in a parsed document before objects are built from them.
 
 A document from an unknown source may contain any value anywhere. Each function returns the value if
-it is as expected. If not, it raises FormatError with a short sentence that has the expected value,
-its place and the value found. The parameter `what` is the name of the place.
+it is as expected. If not, it raises FormatError with a short message that states the expected
+value, the actual value, and its place in the document. The parameter `what` names this place.
 """
 
 from __future__ import annotations
@@ -106,13 +106,16 @@ def shown_value(value: object) -> str:
 
 
 def shown_words(said: object) -> str:
-    """Return a message of another program, shortened and with unprintable characters escaped."""
+    """Shorten a message from another program and escape its unprintable characters."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """Return a FormatError with the expected value, its place `what`, and the value found."""
+    """Return a FormatError that states the expected value, the actual value, and their place.
+
+    `what` is the name of the place in the document.
+    """
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
@@ -126,7 +129,7 @@ def errors_naming(place: object) -> Iterator[None]:
 
 
 def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
-    """Return the document if it is a JSON object with all of these keys."""
+    """Return the document. Raises FormatError unless it is a JSON object with all of these keys."""
     if not isinstance(document, Mapping):
         raise unexpected("an object", what, document)
     for key in keys:
@@ -136,14 +139,17 @@ def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, A
 
 
 def text(value: Any, what: str) -> str:
-    """Return the value if it is a string."""
+    """Return the value. Raises FormatError if it is not a string."""
     if not isinstance(value, str):
         raise unexpected("a string", what, value)
     return value
 
 
 def path_text(value: Any, what: str) -> str:
-    """Return the value if it can be a path. Bytes that are not UTF-8 may be surrogate escapes."""
+    """Return the value. Raises FormatError if it cannot be a path.
+
+    The path may contain surrogate escapes, which represent bytes that are not UTF-8.
+    """
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -155,14 +161,18 @@ def path_text(value: Any, what: str) -> str:
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return the value if it is a bool. Numbers are not accepted."""
+    """Return the value. Raises FormatError if it is not a bool."""
     if not isinstance(value, bool):
         raise unexpected("true or false", what, value)
     return value
 
 
 def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
-    """Return the value as a float if it is a finite number from `low` to `high` and not a bool."""
+    """Return the value as a float.
+
+    Raises FormatError unless it is a number from `low` to `high`. NaN, infinity and bools are not
+    accepted.
+    """
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
         raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
@@ -170,14 +180,14 @@ def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) 
 
 
 def above_zero(value: Any, what: str) -> float:
-    """Return the value as a float if it is a finite number above 0."""
+    """Return the value as a float. Raises FormatError unless it is a finite number above 0."""
     if not (number(value, what) > 0.0):
         raise unexpected("a number above 0", what, value)
     return float(value)
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """Return the value if it is an integer from `low` to `high` and not a bool."""
+    """Return the value. Raises FormatError unless it is an integer from `low` to `high`."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
         raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
@@ -190,28 +200,28 @@ def _bounds(low: float, high: float, most: float) -> str:
 
 
 def one_of(value: Any, what: str, known: Collection[str]) -> str:
-    """Return the value if it is one of the words in `known`."""
+    """Return the value. Raises FormatError unless it is one of the strings in `known`."""
     if not (isinstance(value, str) and value in known):
         raise unexpected(" or ".join(map(repr, known)), what, value)
     return value
 
 
 def items(value: Any, what: str) -> list[Any]:
-    """Return the value if it is a list."""
+    """Return the value as a list. Raises FormatError if it is not a list."""
     if not isinstance(value, list | tuple):
         raise unexpected("a list", what, value)
     return list(value)
 
 
 def texts(value: Any, what: str) -> tuple[str, ...]:
-    """Return the value as a tuple if it is a list of strings."""
+    """Return the value as a tuple. Raises FormatError if it is not a list of strings."""
     if not all(isinstance(one, str) for one in items(value, what)):
         raise unexpected("a list of strings", what, value)
     return tuple(value)
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Apply `read` to every item of a list. An error message has the number of the wrong item."""
+    """Apply `read` to every item of a list. If an item is invalid, the error states its number."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with errors_naming(f"{what}, number {k}"):
@@ -220,9 +230,9 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return the frames `start` and `stop` of an entry, which must be a non-empty span.
+    """Return an entry's `start` and `stop`. Raises FormatError unless they are a span of frames.
 
-    `last` is the largest allowed value of `stop`.
+    The span must not be empty. `last` is the largest allowed value of `stop`.
     """
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

@@ -100,7 +100,7 @@ def kind_of(head: bytes) -> FileKind | None:
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
     """Return a message such as 'expected a BVH file, but this is a PNG image', or None.
 
-    `head` are the first bytes of a file. `expected` are the kinds that the reader accepts; the
+    `head` contains the first bytes of a file. `expected` are the kinds that the reader accepts; the
     message mentions the first of them. The result is None for an expected or unknown kind.
     """
     kind = kind_of(head)

@@ -1,4 +1,4 @@
-"""Compute the SHA-256 of files, and cache it until a file's size, time or inode changes."""
+"""Compute the SHA-256 of files, and cache it until the size, timestamp or inode changes."""
 
 from __future__ import annotations
 

@@ -85,9 +85,10 @@ def is_file(path: Path | str) -> bool:
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return a folder of the user, or a path that cannot be created if there is no home folder.
+    """Return one of the user's folders, such as the cache folder.
 
-    `find` is a function of platformdirs. Without a home folder, it raises an error or, in older
+    `find` is the function of platformdirs that returns the folder. If there is no home folder, a
+    path that cannot be created is returned. In this case, `find` raises an error or, in older
     versions, returns a path that begins with '~' and would be created in the current folder.
     """
     with suppress(RuntimeError):
@@ -99,7 +100,8 @@ def own_folder(find: Callable[[], Path]) -> Path:
 def real_path(path: Path) -> Path:
     """Return the absolute path with links resolved as far as possible.
 
-    Unlike `Path.resolve`, the function returns the path of the link for a loop of links.
+    Unlike `Path.resolve`, the function does not fail for a loop of links. It returns the link's
+    path.
     """
     return Path(os.path.realpath(path))
 

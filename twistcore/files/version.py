@@ -1,3 +1,3 @@
-"""The version of both packages, which pyproject.toml reads from here."""
+"""The version number of twistcore and inspector. pyproject.toml reads it from this file."""
 
 __version__ = "0.3.0"

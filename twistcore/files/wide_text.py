@@ -40,7 +40,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Convert a changed text in UTF-8 to the file's encoding."""
+        """Convert changed text from UTF-8 to the file's encoding."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
@@ -66,9 +66,9 @@ def wide_codec(data: bytes) -> str | None:
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return an error message if a file is in UTF-16 or UTF-32, or None.
+    """Return an error message if a file is in UTF-16 or UTF-32, or None if it is not.
 
-    The message is for readers that do not accept these encodings.
+    The message is used by readers that do not accept these encodings.
     """
     codec = wide_codec(data)
     if codec is None:

@@ -58,8 +58,8 @@ def first_warnings(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
 def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
     """Return an error message if a file has too few numbers for its joints and frames, or None.
 
-    A damaged or malicious file can declare many joints and many frames in a few bytes, but poses
-    take memory in proportion to the product of both.
+    A damaged or malicious file can declare many joints and many frames in a few bytes, but the
+    memory for poses is proportional to the product of these numbers.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -222,7 +222,7 @@ class Clip(ABC):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations of `motion` where `changed` is True.
+        """Return the file's bytes, with the rotations in `changed` replaced by those of `motion`.
 
         Other bytes stay the same.
 
@@ -233,7 +233,7 @@ class Clip(ABC):
         changed
             Mask of the rotations to write, shape (frames, joints).
         positions
-            True to write positions where they differ.
+            True to also write positions in frames in which they differ.
 
         Raises
         ------
@@ -256,14 +256,17 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """Return the file's bytes with the rotations and positions of `motion` where they differ."""
+    """Return the file's bytes, with all rotations and positions replaced by those of `motion`.
+
+    Numbers that do not differ keep their bytes.
+    """
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
 def check_ending(clip: Clip, path: Path) -> None:
-    """Raise TwistError if the path has the suffix of a format that differs from the clip's."""
+    """Raise TwistError if the path's suffix belongs to a format other than the clip's."""
     if refused := why_not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):

@@ -20,7 +20,7 @@ def clips_in(
     """Return the paths of the clips in a folder, sorted, or [] if the folder cannot be read.
 
     Broken links are included, so that reading them reports an error. Folders and devices with a
-    clip's suffix are left out, and so are .npz and .pkl files without motion.
+    clip's suffix are excluded, and so are .npz and .pkl files without motion.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ def write_glb(motion: Motion, path: str | Path, *, unit: float = 1.0) -> None:
     """Write a motion as a .glb file, atomically.
 
     Joints keep their names, offsets and places in the hierarchy. The root joints are children of a
-    node that is named after the file and converts Z up to Y up. End Sites are left out.
+    node that is named after the file and converts Z up to Y up. End Sites are omitted.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
 
 @dataclass
 class _Arrays:
-    """The binary chunk of a GLB file, to which arrays are appended, and their glTF descriptions."""
+    """The binary chunk of a GLB file under construction, with glTF descriptions of its arrays."""
 
     data: bytearray = field(default_factory=bytearray)
     views: list[_Words] = field(default_factory=list)
@@ -118,7 +118,7 @@ class _Arrays:
     def add(self, values: Array, *, limits: bool = False) -> int:
         """Append an array of rows, and return the index of its accessor.
 
-        If `limits` is True, the accessor has the minimum and maximum of each column.
+        If `limits` is True, the accessor includes the minimum and maximum of each column.
         """
         single: NDArray[np.float32] = values.astype("<f4")
         about: _Words = {

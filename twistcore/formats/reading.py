@@ -52,7 +52,7 @@ def _named(function: str) -> Callable[..., Any]:
 
 
 def is_other_data(path: str | Path) -> bool:
-    """Return True if a file has a clip's name but no motion, like an .npz with a body's shape.
+    """Return True if a file has a clip's suffix but no motion, like an .npz with a body's shape.
 
     Only the archive's directory or the beginning of the pickle is read. The result is False for a
     damaged archive, so that reading it reports an error, and for a device, because opening it might

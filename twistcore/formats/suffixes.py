@@ -1,4 +1,4 @@
-"""The suffixes of all formats, which can be imported without loading a reader or numpy."""
+"""The suffixes of all formats. Importing this module loads neither a reader nor numpy."""
 
 from __future__ import annotations
 
@@ -83,12 +83,12 @@ def clip_suffix(name: PurePath | str) -> str:
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the name of the unsupported motion format with a file's suffix, or ''."""
+    """Return the unsupported motion format that has a file's suffix, such as 'FBX', or ''."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
 def why_not_written(name: PurePath | str, endings: str) -> str:
-    """Return an error message if a file name has an unsupported format's suffix, or ''.
+    """Return an error message if a file name has the suffix of an unsupported format, or ''.
 
     `endings` names the supported suffixes in the message, such as '.bvh'.
     """

@@ -1,1 +1,1 @@
-"""Write reports as web pages: on a clip, with an animated figure, or on the results of a batch."""
+"""Write reports as web pages, either on a single clip or on the results of a batch."""

@@ -83,7 +83,7 @@ class FidelityCheck:
 
 @dataclass(frozen=True)
 class MeasureSum:
-    """The changes of one protected measure by all corrections.
+    """The changes that all corrections caused in one protected measure.
 
     A protected measure is a quantity that a correction must not make worse.
 
@@ -128,7 +128,9 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return the changes of each protected measure of limbs and their neighbours.
+    """Return how the corrections changed each protected measure of limbs and their neighbours.
+
+    A protected measure is a quantity that a correction must not make worse.
 
     Parameters
     ----------
@@ -208,7 +210,7 @@ def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
-    """Return a mask of the numbers that are written with the same bytes, (frames, columns)."""
+    """Return a mask of the numbers that have the same bytes in both clips, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
         raise TwistError(

@@ -1,4 +1,4 @@
-"""Write the page of a clip, with pictures of its worst intervals, curves, decisions and changes."""
+"""Write a clip page with pictures of the worst intervals, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Home:
-    """The page of the batch folder to which a clip's page belongs.
+    """The overview page of the batch report to which a clip page belongs.
 
     Attributes
     ----------
     title
-        The text of the link to the folder's page.
+        The text of the link to the overview page.
     address
-        Path of the folder's page, relative to the clip's page.
+        Path of the overview page, relative to the clip page.
     """
 
     title: str
@@ -51,7 +51,7 @@ def clip_page(
     drawn: Drawn | None = None,
     home: Home | None = None,
 ) -> str:
-    """Return the page of a clip as HTML.
+    """Return a clip page as HTML.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def clip_page(
     drawn
         The pictures, or None for a page without pictures.
     home
-        The folder's page, if the clip belongs to a batch.
+        The overview page, if the clip belongs to a batch.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)

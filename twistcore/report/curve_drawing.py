@@ -75,7 +75,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel.
+    """An interval, drawn as a vertical band in a panel.
 
     Attributes
     ----------
@@ -257,7 +257,7 @@ def frames_around(interval: Interval, motion: Motion) -> Span:
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap the angles `before` and `after` along a third angle, `expected`, and return them.
+    """Unwrap the angles `before` and `after` so that they stay near a third angle, `expected`.
 
     The results differ from the unwrapped `expected` by at most half a turn.
     """
@@ -266,9 +266,9 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is, in degrees × frames.
+    """Return the severity of an interval, in degrees × frames.
 
-    If it has no offset, return its angle in degrees.
+    For an interval without an offset, it is the angle in degrees.
     """
     interval = judged.interval
     if not judged.counts:
@@ -277,7 +277,10 @@ def weight(judged: Judged) -> float:
 
 
 def _is_expected(judged: Judged) -> bool:
-    """Return True if an interval is corrected in the motion along which curves are unwrapped."""
+    """Return True if an interval is corrected in the expected motion.
+
+    Curves are unwrapped along the angles of this motion.
+    """
     return judged.counts and judged.decision != Decision.REJECTED
 
 

@@ -30,7 +30,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # a reason for which a joint moved
+_TRACKED = "tracking"  # a reason why a joint moved
 NOT_CORRECTABLE = "not correctable"  # verdict on an accepted interval that is still in the clip
 # The value of each column for an interval, as a function of the interval and the frame rate. The
 # report fills in `decision` and `stuck`.
@@ -141,7 +141,7 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """Return the changes of each protected measure by the corrections."""
+        """Return how the corrections changed each protected measure (:class:`MeasureSum`)."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -227,7 +227,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return the number of decisions of each reviewer, and the first and the last time.
+    """Return each reviewer's number of decisions, and the times of the first and the last one.
 
     Decisions without a reviewer's name are counted under the name ''.
     """
@@ -268,7 +268,7 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(judged: Judged) -> str:
-    """Return 'carried' if an error also rotated the limb's end or the joints below, or 'kept'.
+    """Return 'carried' if an error also rotated the limb's end or the joints below, else 'kept'.
 
     The result is '' for kinds of errors without this distinction.
     """
@@ -327,7 +327,7 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return the reasons for which a joint moved, separated by commas, or ''.
+    """Return the reasons why a joint moved, separated by commas, or ''.
 
     The reasons are the kinds of corrected errors, and tracking.
     """

@@ -1,4 +1,4 @@
-"""Count the intervals, their sizes and the affected frames of a batch."""
+"""Count the intervals of a batch, by kind, joint and size, and the affected frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A row of the table of clips.
+    """A row of the clip table.
 
     If a clip was not processed, only the name, the state and the reason are set.
 
@@ -39,7 +39,8 @@ class ClipRow:
     applied
         Number of corrected intervals, None if nothing was corrected.
     decided, of
-        Numbers of decided and of all intervals; `decided` is None if nobody reviewed the clip.
+        Number of decided intervals, or None if nobody has reviewed the clip, and number of all
+        intervals.
     reviewers
         Names of the reviewers.
     unchecked
@@ -74,7 +75,7 @@ class ClipRow:
 
     @property
     def found(self) -> int:
-        """Return the number of intervals of all kinds."""
+        """Return the total number of intervals."""
         return sum(self.counts.values())
 
     @property
@@ -85,7 +86,7 @@ class ClipRow:
 
 @dataclass
 class FolderNumbers:
-    """The numbers of clips and intervals in a batch, summed over the clips.
+    """Counts of clips, intervals and frames in a batch.
 
     Attributes
     ----------
@@ -135,7 +136,7 @@ class FolderNumbers:
     how: Counter[str] = field(default_factory=Counter)
 
     def add(self, record: ClipRecord) -> ClipRow:
-        """Add a clip to the sums, and return its row of the table."""
+        """Add a clip to the sums, and return its table row."""
         self.states[record.state] += 1
         result = record.result
         if record.state != "done" or result is None:
@@ -176,12 +177,12 @@ class FolderNumbers:
 
     @property
     def clips(self) -> int:
-        """Return the number of all clips, including unprocessed ones."""
+        """Return the total number of clips, including unprocessed ones."""
         return self.states.total()
 
     @property
     def intervals(self) -> int:
-        """Return the number of intervals of all kinds together."""
+        """Return the total number of intervals."""
         return self.kinds.total()
 
     @property

@@ -1,4 +1,4 @@
-"""Write the page of a batch folder, and simple pages of clips that cannot be read again."""
+"""Write a batch report's overview page, and simple pages for clips that can no longer be read."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class HistogramBar:
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page of a batch folder as HTML.
+    """Return the overview page of a batch report as HTML.
 
     Parameters
     ----------
@@ -80,7 +80,10 @@ def folder_page(
 
 
 def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page with only the manifest's data. `why` is the reason for this."""
+    """Return a clip's page with only the manifest's data.
+
+    `why` is the reason why there is nothing else, such as a missing file.
+    """
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -96,7 +99,7 @@ def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
     """Return the kinds of errors that have a column in the table.
 
-    Kinds of capture faults have one only if there are such faults.
+    A kind of capture fault has a column only if the batch has such faults.
     """
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 

@@ -42,7 +42,7 @@ class FolderReport:
     index
         Path of the overview.
     pages
-        Number of pages of clips.
+        Number of clip pages.
     problems
         The reasons why pages are incomplete.
     """
@@ -207,7 +207,7 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """Write a page with only the manifest's data, and return `why`, the reason for this."""
+    """Write a page with only the manifest's data and the reason, `why`. Return `why`."""
     _write(target / page_of(record.name), manifest_page(record, why, _home(record, home)))
     return why
 

@@ -1,4 +1,4 @@
-"""Render the pages of reports as single files that need no network."""
+"""Render report pages as self-contained files, which need no network."""
 
 from __future__ import annotations
 

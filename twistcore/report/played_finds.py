@@ -16,11 +16,11 @@ from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-MOST_BYTES = 2_150_000  # for figure, motion and texts, so that a page has at most 3 MB
+MOST_BYTES = 2_150_000  # for figure, motion and labels, so that a page has at most 3 MB
 _LONGEST = 4.0  # seconds that are played of one interval
 _TURN, _PLACE = 4 * 2, 3 * 4  # bytes of a rotation and of a position
 _BASE64 = 4 / 3
-_BODY, _TEXTS = 8_000, 2_500  # bytes for the shape of each joint, and for each interval's texts
+_BODY, _TEXTS = 8_000, 2_500  # bytes for the shape of each joint, and for each interval's labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def pictured_frame(interval: Interval) -> int:
 
 
 def applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals of a report and the intervals in `also`, without duplicates."""
+    """Return the applied intervals of a report, followed by those in `also`, without duplicates."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
@@ -92,10 +92,10 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFin
 def played_data(
     report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return the data for the page's script that plays intervals, without any names.
+    """Return the data for the script that plays intervals on the page, without any names.
 
-    The data has the same form as in lessons. `player` is the figure as in :class:`Drawn`. Rotations
-    are quaternions of 16-bit numbers, which the script scales to length 1.
+    The data has the same form as on lesson pages. `player` is the figure as in :class:`Drawn`.
+    Rotations are quaternions of 16-bit numbers, which the script scales to length 1.
     """
     spans = _joined([find.span for find in finds])
     pages = [

@@ -1,4 +1,4 @@
-"""Create the report on a clip of a batch folder from its file and the manifest."""
+"""Create the report on a clip of a batch folder from the clip's file and the manifest."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 def _parameters(record: ClipRecord) -> dict[str, Any]:
     """Return the parameters to display, with the program version and the time of processing.
 
-    Empty parameters and the detector are left out.
+    Empty parameters and the detector are omitted.
     """
     return {
         **{k: v for k, v in nonempty_parameters(record.parameters).items() if k != "method"},

@@ -70,7 +70,7 @@ def shown_finds(
     judged_finds: Sequence[Judged],
     drawn: Drawn | None = None,
 ) -> list[dict[str, Any]]:
-    """Return the data that the page shows about some intervals.
+    """Return the data that the page shows for the given intervals.
 
     Parameters
     ----------

@@ -148,7 +148,7 @@ def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[
 
 
 def last_chains(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[Chain, ...]:
-    """Return the chains that end in a foot or a hand that has a bone."""
+    """Return the last chain of each limb, unless its child, a foot or hand, has no bone axis."""
     parents = {chain.parent for chain in chains}
     last = (chain for chain in chains if chain.child not in parents)
     return tuple(chain for chain in last if own_axis(skeleton, chain.child) is not None)

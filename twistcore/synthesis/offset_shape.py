@@ -94,7 +94,7 @@ def filter_reach(protocol: Protocol, fps: float) -> int:
 
 
 def gap_offset(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the offset that filling a gap in the parent's twist causes, radians, one per frame.
+    """Return the offset caused by filling a gap in the parent's twist, radians, one per frame.
 
     `place` is the gap, and `how` is 'held' or 'interpolated'.
     """

@@ -1,4 +1,4 @@
-"""Protocols by which errors are injected. Each varies one parameter of the paper's protocol."""
+"""Define protocols for injecting errors. Each varies one parameter of the paper's protocol."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Protocol:
     jitter, leak
         Standard deviation of white noise on the offset and on the counter-rotation, degrees.
     stairs
-        Number of equal steps in which the offset rises to δ.
+        Number of equal steps by which the offset rises to δ.
     flicker
         True to apply the offset only in every other frame.
     compensated
@@ -286,9 +286,8 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, radians, each (frames,).
 
-    An increment is the rotation about the parent's bone axis since the previous frame. It is
-    measured in the joint's coordinates for the parent, and in the parent's for the child. It is 0
-    in frame 0.
+    An increment is the rotation about the parent's bone axis since the previous frame. Both joints'
+    increments are measured in the parent's coordinates and are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

@@ -20,7 +20,7 @@ _ABOVE = 1.5  # smallest angle, as a multiple of the smallest spike that is dete
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint's wrong rotation in a few frames.
+    """An incorrect rotation of a joint that lasts a few frames.
 
     Attributes
     ----------

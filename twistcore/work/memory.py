@@ -1,4 +1,4 @@
-"""Limit the memory of a process for each clip, and measure its peak (only on Linux)."""
+"""Limit the memory that a process may use for a clip, and measure its peak (Linux only)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ _OWN = Path("/proc/self")
 
 @contextlib.contextmanager
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
-    """Limit this process to its current memory, plus `spare`, plus OF_FILE times a file's `size`.
+    """Limit the memory of this process while it reads and analyses a file of `size` bytes.
 
-    All three are in bytes. Beyond the limit, a MemoryError is raised before the machine begins to
-    swap. The limit applies to the address space, which is larger than the memory in use. At the end
-    of the block, the earlier limit is restored. On systems other than Linux, there is no limit.
+    The limit is the current memory plus `spare` bytes plus OF_FILE times `size`. Beyond it, a
+    MemoryError is raised before the machine begins to swap. The limit applies to the address space,
+    which is larger than the memory in use. At the end of the block, the earlier limit is restored.
+    On systems other than Linux, there is no limit.
     """
     if sys.platform != "linux":
         yield

@@ -43,7 +43,7 @@ class ProcessEndedError(Exception):
 
 
 class ProcessTimeError(Exception):
-    """Raised if a process exceeded its time limit and was ended.
+    """Raised if a process exceeded its time limit and was terminated.
 
     `args` contains the limit in seconds of processor time. For a process that was only waiting, it
     contains the waiting time in seconds and True.
@@ -53,9 +53,9 @@ class ProcessTimeError(Exception):
 class Apart:
     """A separate process that runs one function call after another.
 
-    After a crash, a new process replaces the old one. The process uses one BLAS thread, because the
-    other cores work on other files. It ignores Ctrl+C, which reaches every process of a terminal,
-    because only the parent decides when to stop. It ends with its parent.
+    After a crash, a new process replaces the old one. The process uses one BLAS thread, because
+    other processes use the other cores. It ignores Ctrl+C, which the terminal sends to child
+    processes, too, because only the parent decides when to stop. It ends when its parent ends.
     """
 
     def __init__(self) -> None:
@@ -71,7 +71,8 @@ class Apart:
         work, name
             The function and its argument, which are pickled.
         seconds
-            The limit of processor time, after which the process is ended, or None for no limit.
+            The limit of processor time, after which the process is terminated, or None for no
+            limit.
 
         Raises
         ------
@@ -164,11 +165,11 @@ def each(
     apart: bool = False,
     seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
-    """Yield each name with the result of `work(name)`, or with its exception, when it is completed.
+    """Yield each name with the result or the exception of `work(name)`, in order of completion.
 
     A process that died is replaced, and its name is tried again once. Names are read as needed:
-    each worker is at most two names ahead of the caller. The processes end with the iterator,
-    immediately if it is closed early.
+    each worker is at most two names ahead of the caller. The processes end when the iterator is
+    exhausted, or immediately if it is closed early.
 
     Parameters
     ----------
@@ -212,7 +213,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that each control one process and put the results into a common queue."""
+    """A group of threads that each control one process and put the results into a common queue."""
 
     def __init__(
         self,
@@ -274,7 +275,7 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Start a process that runs requested calls.
+    """Start a worker process, which runs the calls that it receives.
 
     The process is spawned, because a forked process may hang if this program has threads.
     """
@@ -350,7 +351,10 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process at its limit of processor time, on systems without a signal for this."""
+    """End this process if it uses more than `seconds` of processor time inside the context.
+
+    This is needed on systems that do not send a signal at such a limit.
+    """
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:

@@ -15,7 +15,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; may raise t
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    The class is not a subclass of Exception, so that no error handler catches it.
+    The class is not a subclass of Exception, so that `except Exception` does not catch it.
     """
 
 
@@ -24,7 +24,10 @@ def nobody(_share: float) -> None:
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for one stage of the work, which maps 0…1 to `start`…`stop`."""
+    """Return a :data:`Tell` function for one stage of the work.
+
+    It maps the progress of the stage, 0…1, to `start`…`stop`, and passes it on to `tell`.
+    """
     return lambda share: tell(start + share * (stop - start))
 
 
@@ -32,8 +35,9 @@ def part(tell: Tell, start: float, stop: float) -> Tell:
 def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Show a progress bar, and yield a function to call with the name of each finished clip.
 
-    The bar is on standard error. If that is not a terminal, a line is printed after every twentieth
-    of the clips. `total` is the number of clips, and `done` is the number of clips finished before.
+    The bar is printed on standard error. If this is not a terminal, a line is printed after every
+    5 % of the clips instead. `total` is the number of clips, and `done` is the number of clips that
+    are already finished.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, and most commands do not need it

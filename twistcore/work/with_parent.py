@@ -15,9 +15,9 @@ _LOOK_S = 0.5  # seconds between two checks of the parent
 def end_with_parent(parent: int) -> None:
     """End this process when the process `parent` ends, even in the middle of a computation.
 
-    This happens within a second, unless a single call outside Python takes longer. On Windows,
+    The process ends within a second, unless a single call outside Python takes longer. On Windows,
     where a process does not get a new parent, this function does nothing. There, the process ends
-    when it next asks for work.
+    when it next tries to read a request.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
@@ -41,7 +41,7 @@ def become(module: str, parent: int) -> None:
 def bound(command: Sequence[str]) -> list[str]:
     """Return a command that runs `command` and, on Linux, is killed when the calling thread ends.
 
-    On other systems, `command` is returned.
+    On other systems, `command` is returned unchanged.
     """
     if sys.platform != "linux":
         return list(command)

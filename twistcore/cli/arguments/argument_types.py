@@ -111,13 +111,19 @@ def folder(text: str) -> Path:
 
 
 def tau(text: str) -> float | None:
-    """Convert a string in degrees, above 0 and at most 180, to τ in radians, or 'auto' to None."""
+    """Convert a string in degrees, above 0 and at most 180, to the threshold τ in radians.
+
+    'auto' is converted to None.
+    """
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """Convert a string to τ in degrees, above 0 and at most 180, or 'auto' to None."""
+    """Convert a string to the threshold τ in degrees, above 0 and at most 180.
+
+    'auto' is converted to None.
+    """
     if text == "auto":
         return None
     value = _number_in(text)
@@ -137,7 +143,7 @@ def degrees(text: str) -> float:
 
 
 def kinds(text: str) -> frozenset[Kind]:
-    """Return the kinds of errors in a comma-separated list, or all kinds for 'all'.
+    """Return the kinds of errors named in a comma-separated list, or all kinds for 'all'.
 
     The words of a name may be separated by '-' or ' '.
     """

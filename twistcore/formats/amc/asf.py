@@ -180,7 +180,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their positions, up to a comment, which begins with '#'."""
+    """Split a line into words with their positions, and ignore a comment, which begins with '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -323,7 +323,10 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Return the skeleton file as an Asf, with its joints in depth-first order."""
+    """Return the file's contents as an Asf, with the joints in depth-first order.
+
+    Raises AmcError at the word `hierarchy` if a bone is not connected to the root.
+    """
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

@@ -108,7 +108,7 @@ class AmcClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations of `motion` where `changed` is True.
+        """Return the file's bytes, with the rotations in `changed` replaced by those of `motion`.
 
         Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
         and no exponent.
@@ -120,7 +120,7 @@ class AmcClip(Clip):
         changed
             Mask of the rotations to write, shape (frames, joints).
         positions
-            True to write the root's translation where it differs.
+            True to also write the root's translation in frames in which it differs.
 
         Raises
         ------

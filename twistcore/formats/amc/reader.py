@@ -133,7 +133,7 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning with the skeleton file's name and the line number added at the start."""
+    """Return the warning, prefixed with the skeleton file's name and the line number."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 

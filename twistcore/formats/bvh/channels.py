@@ -1,4 +1,4 @@
-"""Find each joint's columns in the rows of numbers of a BVH file, and convert rows to a motion."""
+"""Find each joint's columns in the motion data of a BVH file, and convert the data to a motion."""
 
 from __future__ import annotations
 
@@ -70,11 +70,12 @@ def motion_from_channels(
 def with_bones_of_channels(
     skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
 ) -> Skeleton:
-    """Return the skeleton with offsets from position channels for joints with an OFFSET of 0.
+    """Return the skeleton, with offsets of 0 replaced by offsets from position channels.
 
     The new offset is the median of the joint's positions. Roots keep their OFFSET, and so does a
-    joint that moves the whole figure, such as hips below a reference joint. `positions` has the
-    shape (frames, len(positioned), 3).
+    joint that moves the whole figure, such as hips below a reference joint. `positioned` has the
+    indices of the joints with position channels, and `positions` their positions, shape (frames,
+    len(positioned), 3).
     """
     offsets = skeleton.offsets.copy()
     carrying = _carrying(skeleton)

@@ -79,7 +79,7 @@ class BvhClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations of `motion` where `changed` is True.
+        """Return the file's bytes, with the rotations in `changed` replaced by those of `motion`.
 
         Other bytes stay the same. A new number has as many decimals as the old one, but at least 6,
         and no exponent.
@@ -91,7 +91,7 @@ class BvhClip(Clip):
         changed
             Mask of the rotations to write, shape (frames, joints).
         positions
-            True to write positions where they differ.
+            True to also write positions in frames in which they differ.
 
         Raises
         ------

@@ -102,7 +102,7 @@ def angles_near(order: str, q: Array, near: Array) -> Array:
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
     """Return (row, channel) of each step of more than half a turn. Angles are in radians.
 
-    Row n is the step from the last row to `after`.
+    Row k is the step to row k of `angles`, and row len(angles) is the step to `after`.
     """
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]
@@ -253,10 +253,10 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """Return the axes of the other two channels' turns in an array of states.
+    """Return the axes that contain the turns of the other two channels in an array of states.
 
-    Its shape is (solutions, turns, turns, turns). Inserting these axes lets an array (solutions,
-    turns) of one channel broadcast.
+    The array of states has the shape (solutions, turns, turns, turns). If these axes are inserted
+    into an array (solutions, turns) for one channel, the two arrays broadcast.
     """
     return tuple(1 + c for c in range(3) if c != channel)
 
@@ -294,12 +294,13 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
 
 
 def unrolled_angles(order: str, angles: Array) -> Array:
-    """Replace angles by equivalent ones without avoidable jumps, in degrees, (n, channels).
+    """Replace angles with equivalent ones without avoidable jumps, in degrees, (n, channels).
 
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are
-    chosen. They may have additional full turns. For three different axes, they may be the other
-    solution, and in gimbal lock, they may divide the rotation differently between the outer angles.
-    The choice is kept until the next such step. Angles without such steps do not change in any bit.
+    chosen. They may have additional full turns. If the three axes differ, they may be the other
+    solution with the same rotation, and in gimbal lock, they may divide the rotation differently
+    between the outer angles. The choice is kept until the next such step. Angles without such steps
+    stay bit-for-bit equal.
     """
     out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
     steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)

@@ -38,7 +38,7 @@ class Numbers:
     values
         The numbers, in reading order.
     lines
-        The count of numbers before each line break.
+        Number of values before each line break.
     """
 
     values: Array
@@ -46,7 +46,7 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """A token in the text is not a number below LARGEST.
+    """Raised if a token in the text is not a number below LARGEST.
 
     Attributes
     ----------

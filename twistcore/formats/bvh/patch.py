@@ -1,4 +1,4 @@
-"""Replace numbers of corrected joints in the text of a file."""
+"""Replace the numbers of corrected joints in a file's text."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def turned_numbers(
     motion: Motion,
     changed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
-    """Return the rotation numbers to write, which are continuous with the neighbouring frames.
+    """Return the rotation values to write, which are continuous with the neighbouring frames.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
 def changed_positions(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the position numbers that differ between two motions.
+    """Return the position values that differ between two motions.
 
     Returns
     -------

@@ -71,9 +71,9 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Do the work of :func:`_points` three times as fast if all numbers have equally many decimals.
+    """Compute the result of :func:`_points` three times as fast, for numbers of equal precision.
 
-    If the numbers of decimals differ, the result is None.
+    If some numbers have more decimals than others, the result is None.
     """
     first = int(point.argmax())
     n = int(end[first:].argmax())
@@ -84,10 +84,10 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the point and the end of each number, and the numbers grouped by count of decimals.
+    """Return the offsets of each number's point and end, and the numbers grouped by decimal count.
 
-    For a number without a point, the point is its end. If a number has two points or too many
-    decimals, the result is None.
+    For a number without a point, both offsets are those of its end. If a number has two points or
+    too many decimals, the result is None.
     """
     events = np.flatnonzero(point | end)
     is_point = point.take(events)

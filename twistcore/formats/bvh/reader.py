@@ -289,10 +289,10 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 
 
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
-    """Return the first line that is too short or too long, and its found and expected counts.
+    """Return the first line that has too few or too many motion values.
 
-    The line is a line number, and the counts are numbers of motion values. `counts` has the line
-    number and the found count of every line.
+    The result has the line number, the actual number of values and the expected number. `counts`
+    has the line number and the actual number of values of every line.
     """
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:

@@ -68,7 +68,7 @@ class Rewriting:
 
 
 def unrolled(clip: BvhClip) -> Rewriting:
-    """Replace angles that jump by equivalent ones (see :func:`unrolled_angles`)."""
+    """Replace angles that jump with equivalent angles (see :func:`unrolled_angles`)."""
     values = clip.values.copy()
     for layout in clip.channels:
         if columns := list(layout.rotation):
@@ -287,7 +287,7 @@ def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:
 
 
 def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
-    """Return a text with the spans [start, stop), which are in order, replaced by new bytes."""
+    """Return a text in which spans are replaced. `parts` has (start, stop, new bytes) in order."""
     pieces, done = [], 0
     for start, stop, new in parts:
         pieces += [text[done:start], new]
@@ -325,8 +325,8 @@ def _changes(
 ) -> tuple[RewrittenJoint, ...]:
     """Return the changes of each joint.
 
-    `found` is a mask of changed motion numbers, (frames, columns). `joints` has an entry for each
-    changed word of the hierarchy.
+    `found` is a mask of changed motion numbers, (frames, columns). `joints` lists the index of the
+    joint to which each changed word of the hierarchy belongs.
     """
     changes = []
     for joint, layout in enumerate(clip.channels):

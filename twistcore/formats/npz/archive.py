@@ -267,7 +267,7 @@ def too_large(path: Path) -> NpzError:
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return the offsets of each entry in the ZIP directory and of the entry's local header."""
+    """Return two offsets for each entry of the ZIP directory: its own and its local header's."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

@@ -2,8 +2,8 @@
 
 The shapes of the models are not included. Arms, legs and height are those of an average adult in a
 T-pose, with y up, facing z, and the left side at +x [Winter, Biomechanics and Motor Control of
-Human Movement, fig. 4.1, after Drillis and Contini 1966]. The division of the trunk between its
-joints and the start of the fingers are estimated.
+Human Movement, fig. 4.1, after Drillis and Contini 1966]. The positions of the spine's joints and
+of the first finger joints are estimates.
 """
 
 from __future__ import annotations
@@ -85,7 +85,11 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side, or None if unknown."""
+    """Return a joint's offset in metres, mirrored for the right side, or None if unknown.
+
+    `shares` has the offsets of the joints, except those on the right side, as fractions of the body
+    height.
+    """
     left = name.replace("right_", "left_")
     if left not in shares:
         return None

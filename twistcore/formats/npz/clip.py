@@ -84,10 +84,10 @@ class NpzClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations of `motion` where `changed` is True.
+        """Return the file's bytes, with the rotations in `changed` replaced by those of `motion`.
 
-        All other numbers and arrays stay the same bit by bit, except that arrays that repeat the
-        poses are updated.
+        All other numbers and arrays stay identical, except that arrays that repeat the poses are
+        updated.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class NpzClip(Clip):
         changed
             Mask of the rotations to write, shape (frames, joints).
         positions
-            True to write root positions where they differ.
+            True to also write root positions in frames in which they differ.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []

@@ -41,7 +41,7 @@ _UNSHARED, _TIMES = 1 << 24, 4
 
 
 class LimitError(ValueError):
-    """A pickle's contents exceed a limit. The message does not contain the file's name."""
+    """Raised if a pickle's contents exceed a limit. The message does not include the file name."""
 
 
 def _too_much(what: str) -> LimitError:
@@ -103,7 +103,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """A replacement for numpy.ndarray. An array is created empty and then filled by its state."""
+    """A replacement for numpy.ndarray, which is created empty and filled from the pickled state."""
 
     value: Any = None
 
@@ -182,7 +182,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an array of objects as a list, or its only item if it has no axes."""
+    """Return the items of an array of objects as a list, or the only item if `shape` is empty."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -414,8 +414,8 @@ class _Reader(pickle._Unpickler):
 def read_pickle(data: bytes) -> Any:
     """Return the dicts, lists, strings, numbers and arrays of a pickle or joblib file.
 
-    Tuples and arrays of objects become lists. An array of objects without axes becomes its only
-    object, and an object of any other class becomes :class:`Unreadable`.
+    Tuples and arrays of objects become lists. A zero-dimensional array of objects becomes its only
+    item, and an object of any other class becomes :class:`Unreadable`.
 
     Raises ValueError if the pickle is incomplete, and LimitError if it exceeds a limit.
     """

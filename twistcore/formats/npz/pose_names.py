@@ -1,8 +1,8 @@
-"""Names of the arrays in which files store poses of SMPL's joints.
+"""Array names under which files store SMPL poses.
 
-AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release repeats `poses` in parts.
-Other files have only parts, named as in AMASS or in the package smplx. AIST++ [Li et al. 2021] has
-`smpl_poses`, `smpl_trans` and `smpl_scaling`.
+AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release also stores parts of `poses`
+in separate arrays. Other files have only such arrays, named as in AMASS or in the package smplx.
+AIST++ [Li et al. 2021] has `smpl_poses`, `smpl_trans` and `smpl_scaling`.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class PosePart:
 
 @dataclass(frozen=True)
 class PoseNames:
-    """The names of the arrays in one layout of files.
+    """The array names in one file layout.
 
     Attributes
     ----------
@@ -155,7 +155,10 @@ def _by_parts(arrays: Arrays) -> PoseNames | None:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """Return the first choice of names whose arrays all have every joint in every frame."""
+        """Return the first of several groups of array names that exists and is complete, or ().
+
+        A group is complete if its arrays contain all of its `joints` in every frame.
+        """
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]

@@ -114,7 +114,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """Return the arguments with which the clip is created.
+    """Return the arguments for creating the clip.
 
     Raises NpzError if there are no poses.
     """

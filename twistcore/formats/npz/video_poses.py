@@ -176,7 +176,7 @@ class VideoPoses:
         overwrite_array(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return arrays in 'sequence_results' that repeat the person's numbers, keyed by frame."""
+        """Return arrays in 'sequence_results' that repeat the person's values, keyed by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
