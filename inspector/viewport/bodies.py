@@ -285,7 +285,7 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 def _is_free(motion: Motion, joint: int) -> bool:
     """Return True if the joint is a child of the root and moves relative to it.
 
-    No bone leads to such a joint.
+    No bone is drawn from the root to such a joint.
     """
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
@@ -321,9 +321,10 @@ def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
 
 
 def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
-    """Rotate `vector`, a normal of `start`, by the shortest rotation from `start` to `stop`.
+    """Rotate `vector` by the shortest rotation that takes `start` to `stop`.
 
-    The result is a normal of `stop`. All vectors are unit vectors, (3,).
+    All vectors are unit vectors, (3,). `vector` is perpendicular to `start`, and the result is
+    perpendicular to `stop`.
     """
     across = start + stop
     if across @ across < 1e-6:

@@ -121,7 +121,7 @@ class Overlays:
         Parameters
         ----------
         text
-            The angle with its unit; an empty text hides the label.
+            The angle with its unit; an empty string hides the label.
         bone
             The ends of the bone in pixels, (2, 2).
         thick
@@ -146,7 +146,7 @@ class Overlays:
     def show_sides(
         self, places: Mapping[str, Array], crowding: Crowding, *, wrong: bool = False
     ) -> None:
-        """Show the letters of the body's sides, such as L and R, in the left image.
+        """Show letters that mark the sides of the body, such as L and R, in the left image.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class Overlays:
     def _clear_place(
         self, first: Array, size: QSize, crowding: Crowding, *, around: Array
     ) -> QRect:
-        """Return a rectangle for a label, near its preferred place, in which it covers little.
+        """Return a rectangle for a label, near its preferred position, where it covers little.
 
         Parameters
         ----------

@@ -118,7 +118,7 @@ def _rod_pixels(
     size
         The width and height of the image in pixels.
     along, across
-        The numbers of pixels along and across each rod.
+        The number of pixels along and across each rod.
     """
     shares = np.linspace(0.0, 1.0, along)[:, None]
     points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])

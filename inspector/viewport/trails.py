@@ -34,7 +34,7 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The trails as fading lines: broad before correction and, on top, thin after correction."""
+    """The trails as fading lines: a broad one before correction, a thin one after it on top."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
         """Create the lines.
