@@ -280,7 +280,7 @@ class IntervalsPanel(QWidget):
     def selected_ids(self) -> tuple[int, ...]:
         """Return the ids of the selected intervals, including those in selected groups.
 
-        They are in the order of the rows.
+        The ids are in row order.
         """
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))

@@ -1,4 +1,4 @@
-"""The names of a chain's joints as in the file: 'lradius → lhand' for 'Left ForeArm'."""
+"""Joint names as in the file, such as 'lradius → lhand' for the chain 'Left ForeArm'."""
 
 from __future__ import annotations
 

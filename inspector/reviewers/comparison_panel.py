@@ -75,9 +75,9 @@ class DifferencesModel(RowModel[DifferenceRow]):
         )
 
     def correction(self, judged: Judged) -> tuple[str, str, str]:
-        """Return the texts for the frames, the angle and the end of a correction.
+        """Return a correction as three texts: its frames, its angle and the state of the end.
 
-        The end is the foot, hand or next joint, which is 'kept' or 'turned'.
+        The end is the foot, hand or next joint. Its state is 'kept' or 'turned'.
         """
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"

@@ -34,7 +34,7 @@ class DifferenceRow:
 
     @property
     def key(self) -> int:
-        """A number that identifies the difference. It does not change when it is settled."""
+        """A number that identifies the difference and stays the same when it is settled."""
         return self.pair.theirs.id if self.pair.theirs else -self.pair.either.id
 
 

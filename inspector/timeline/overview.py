@@ -137,7 +137,7 @@ class OverviewStrip(QWidget):
     def _rows(self) -> dict[str, tuple[float, float]]:
         """Return the top and the height of each chain's row in pixels, keyed by chain.
 
-        The row of the selected chain is the highest.
+        The row of the selected chain is the tallest.
         """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
@@ -266,7 +266,7 @@ class OverviewStrip(QWidget):
     # -- the mouse ----------------------------------------------------------------------------
 
     def interval_at(self, at: QPointF) -> Judged | None:
-        """Return the interval at a point of the strip, or None.
+        """Return the interval at a point in the strip, or None.
 
         If there are several, return the one in the nearest row.
         """

@@ -65,7 +65,7 @@ class Plot:
     glyphs
         True to draw the symbols of decisions on the intervals.
     unit
-        The unit after the numbers of the axis.
+        The unit that follows the numbers on the axis.
     dots
         The angles of an edited frame that are drawn as dots: (name, symbol, True for a ring).
     takes_tau

@@ -16,9 +16,9 @@ from twistcore.work.progress import Cancelled, Tell
 class _Post(QObject):
     """An object that executes calls from background threads in the GUI thread.
 
-    This object exists longer than any task. A signal of the task itself would not be safe: when the
-    GUI thread has received the result, it could delete the task while the background thread is
-    still emitting the signal.
+    This object outlives all tasks. A signal of the task itself would not be safe: when the GUI
+    thread has received the result, it could delete the task while the background thread is still
+    emitting the signal.
     """
 
     said = Signal(object)
@@ -156,5 +156,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for all running tasks, and return False if any of them is not done in this time."""
+    """Wait for all running tasks. Return False if any of them is still running after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

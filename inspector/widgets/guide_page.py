@@ -204,9 +204,9 @@ class Pages(MarkdownPage):
         return [name for _, name in sorted(found)]
 
     def go_to_page_with(self, words: str) -> None:
-        """Show the next page that contains a phrase.
+        """Show the next page that contains a phrase, or the first one after the last.
 
-        After the last page, this is the first one. If a heading contains the phrase, move to it.
+        If a heading on the page contains the phrase, move to the heading.
         """
         names, now = self.pages_with(words), self.source().fileName()
         if not names:

@@ -46,7 +46,7 @@ class SteadyLabel(QLabel):
         return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
-        """Show a text, and grow if it needs more space."""
+        """Show the given text, growing if it needs more space."""
         if text != self.text():
             super().setText(text)
             self._grow()
@@ -96,7 +96,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text with the given colour, '#rrggbb'."""
+    """Return the text as rich text in the given colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
@@ -126,13 +126,13 @@ class Caption(QWidget):
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Show rich text."""
+        """Show the given rich text."""
         if text != self._text:
             self._text = text
             self._fit(self.height())
 
     def set_plain(self, text: str) -> None:
-        """Show plain text. Markup characters in it are escaped."""
+        """Show the given plain text. Markup characters in the text are escaped."""
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
@@ -241,7 +241,7 @@ class ElidedLine(QWidget):
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Show a text."""
+        """Show the given text."""
         if text != self._text:
             self._text = text
             self.update()

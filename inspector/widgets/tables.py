@@ -66,7 +66,7 @@ class TableRow:
     secondary
         Secondary text after the text of the first column. A SecondaryTextDelegate draws it.
     spoken
-        Texts for screen readers, keyed by column, for cells that show symbols or bars or no text.
+        The screen-reader text of cells that show symbols, bars or no text, keyed by column.
     left
         The columns that are aligned to the left in this row, even if the model aligns them to the
         right.
@@ -246,7 +246,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return None
 
     def spoken(self, row: int, column: int) -> str:
-        """Return the text of a cell for screen readers."""
+        """Return the screen-reader text of a cell."""
         shown = self.row(row)
         secondary = shown.secondary if column == 0 else ""
         return shown.spoken.get(column) or ", ".join(filter(None, (shown.texts[column], secondary)))

@@ -119,7 +119,7 @@ class Typesetter(QObject):
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices and path codes of each formula, keyed by its TeX. Thread-safe.
 
-    In these outlines, y points up. Texts that are not valid TeX, too long or nested too deeply are
+    In these outlines, y points up. Strings that are not valid TeX, too long or too deeply nested are
     omitted.
     """
     out = {}
