@@ -117,7 +117,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with its number for the clip's first frame."""
+        """Return the widgets that show the frame, each with its value at the clip's first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

@@ -119,8 +119,8 @@ class Typesetter(QObject):
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices and path codes of each formula, keyed by its TeX. Thread-safe.
 
-    In these outlines, y points up. Strings that are not valid TeX, too long or too deeply nested are
-    omitted.
+    In these outlines, y points up. Strings that are not valid TeX, too long or nested too deeply
+    are omitted.
     """
     out = {}
     with _one_at_a_time:
