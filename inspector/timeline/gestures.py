@@ -84,8 +84,8 @@ class Gestures:
         Parameters
         ----------
         refresh
-            A function that applies pending changes of the document to the plots, so that the mouse
-            can grab only intervals that still exist.
+            A function that applies pending document changes to the plots, so that the mouse can
+            grab only intervals that still exist.
         repaint
             A function that repaints the plots.
         """

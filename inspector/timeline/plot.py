@@ -1,7 +1,7 @@
-"""The description of a pane: its texts, its position, and the functions that draw it.
+"""The description of a pane: its labels, its position, and the functions that draw it.
 
-Each pane is an object of :class:`Plot`, stored in the variable `plot` of its own file in `panes/`.
-All files in that folder are found automatically.
+Each file in `panes/` defines one pane: a :class:`Plot`, stored in the variable `plot`. All files in
+that folder are found automatically.
 """
 
 from __future__ import annotations

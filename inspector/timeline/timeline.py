@@ -251,7 +251,7 @@ class Timeline(QWidget):
         self._stale.mark_all()
 
     def refresh(self) -> None:
-        """Apply all pending changes of the document to the plots."""
+        """Apply all pending document changes to the plots."""
         anything, everything = self._stale.take()
         if not anything:
             return

@@ -52,7 +52,7 @@ class Steering(QWidget):
 
     @property
     def scene(self) -> Scene | None:
-        """The scene, or None without a clip or without OpenGL."""
+        """The scene, or None if no clip is open or OpenGL is not available."""
         self._complete()
         return self._scene
 
@@ -68,7 +68,7 @@ class Steering(QWidget):
 
     @property
     def turning(self) -> bool:
-        """True while an animation rotates the camera to a limb."""
+        """True while an animation rotates the camera towards a limb."""
         return self._turn is not None
 
     def set_view(self, name: str) -> None:
@@ -119,7 +119,7 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """Return True if the selected limb or bone is inside the image and large enough."""
+        """Return True if the selected limb or bone is in the image and large enough to see."""
         chain, camera, scene = pictured_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True

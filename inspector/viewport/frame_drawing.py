@@ -222,8 +222,8 @@ class FrameDrawing:
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """Return the pose of the current frame, with the data for the colours of its bones.
 
-        `show` selects the figure before correction, after correction, or both. By default, this is
-        the selection in the document.
+        `show` selects the figure before correction, after correction, or both. By default, use the
+        document's setting.
         """
         document = self._document
         if self.guest is not None:
@@ -323,11 +323,11 @@ class FrameDrawing:
         return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
-        """Return True if the corrections have not changed at the frame since it was drawn."""
+        """Return True if the current frame's corrections have not changed since it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[object, ...]:
-        """Return all values that determine the corrected pose of the frame, to detect changes."""
+        """Return all values that determine the current corrected pose, to detect changes."""
         document = self._document
         if document.data is None:
             return ()

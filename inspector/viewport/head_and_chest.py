@@ -118,8 +118,8 @@ def _chest_and_head(
 ) -> tuple[int, int]:
     """Return the joints of the chest and the head. If there is no head, its index is −1.
 
-    The chest is the lowest joint of the hierarchy that is above both arms. `arms` has the first
-    joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
+    The chest is the lowest joint of the hierarchy that is above both arms. `arms` contains the
+    first joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
     """
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)

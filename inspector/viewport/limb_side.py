@@ -77,7 +77,7 @@ class LimbSide:
 def limb_joints(chain: Chain, positions: Array) -> Array:
     """Return the positions of the joints of a chain or limb, (n, 3) with n = 2 or 3.
 
-    `positions` has the positions of all joints, (joints, 3).
+    `positions` contains the positions of all joints, (joints, 3).
     """
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     return positions[joints]

@@ -89,7 +89,7 @@ class Overlays:
         Parameters
         ----------
         drawing
-            True if a figure is drawn. Without a figure, only the notice is visible.
+            True if a figure is drawn. If it is False, only the notice is visible.
         by_offset
             True to show the colour scale of |offset|.
         split

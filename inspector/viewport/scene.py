@@ -117,7 +117,7 @@ class Scene:
             self._restore()
 
     def take_chains(self, data: Analysed) -> None:
-        """Rebuild the figures after the user has changed the chains. `data` has the new chains."""
+        """Rebuild the figures after the user has changed the chains, which `data` contains."""
         self.data = data
         self._undress()
         self._dress(self.style)
@@ -126,7 +126,7 @@ class Scene:
     def set_split(self, on: bool) -> None:
         """Set whether the figure before and after correction is shown in two images or in one.
 
-        Two images have the same camera.
+        Both images share one camera.
         """
         if on == self.split:
             return

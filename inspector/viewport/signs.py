@@ -171,7 +171,7 @@ def _letters(
     thick
         The radius of a limb in pixels at a distance of 1 from the camera.
     spoke
-        The pixels at the centre and at the edge of the fan, (2, 2), or (0, 2) without a fan.
+        The pixels at the centre and at the edge of the fan, (2, 2), or (0, 2) if there is no fan.
     """
     joints = dict(drawing.sides())  # the selected limb is the last entry
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)

@@ -172,7 +172,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Schedule a repaint by Qt. The method `update` of pyvista would render immediately."""
+        """Schedule a repaint by Qt. The `update` method of pyvista would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -319,7 +319,7 @@ class Viewport(Steering):
     def sizeHint(self) -> QSize:
         """Return the preferred size of VTK's widget as the preferred size of the view.
 
-        The view has no layout that could compute this size, because every change of a label would
+        The view has no layout that could compute this size, because every change to a label would
         then lay out the whole window.
         """
         return super().sizeHint() if self.view is None else _HINT

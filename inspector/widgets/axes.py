@@ -55,7 +55,7 @@ class Axis(pg.AxisItem):
     text_height = TEXT_HEIGHT
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Ignore the click, so that the plot gets it."""
+        """Ignore the click, so that the plot receives it."""
         event.ignore()
 
 

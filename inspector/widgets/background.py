@@ -35,7 +35,7 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """A call of `work(tell)` in a background thread.
+    """A task that calls `work(tell)` in a background thread.
 
     When the work is done, `finished` is emitted with the result. If the work raises an exception,
     `failed` is emitted with the exception. To report progress, the work calls `tell(share)`, which

@@ -164,7 +164,7 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Update the lines of the tables after a change of the theme."""
+        """Update the table lines after a theme change."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()

@@ -52,7 +52,7 @@ class SteadyLabel(QLabel):
             self._grow()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Recompute the size after a change of the font."""
+        """Recompute the size after a font change."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self.setMinimumSize(0, 0)  # allow the size hint to become smaller
@@ -109,7 +109,7 @@ class Caption(QWidget):
     """A paragraph of rich text that reserves the height of its longest text so far.
 
     The class positions its inner label without a layout, so a new text does not request a new
-    layout. A short caption shows one line of plain text and has the whole text in its tool tip.
+    layout. A short caption shows one line of plain text, and its tool tip shows the whole text.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
