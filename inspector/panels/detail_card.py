@@ -447,7 +447,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return the first sentence of an explanation: the wrong body part, the angle, the duration."""
+    """Return the first sentence of an explanation, with the body part, angle and duration."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:

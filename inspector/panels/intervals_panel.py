@@ -294,7 +294,7 @@ class IntervalsPanel(QWidget):
         return len(self._selected_rows()) > 1
 
     def context_menu(self, actions: Sequence[QAction]) -> None:
-        """Set the actions in the context menu of the rows."""
+        """Set the actions in the rows' context menu."""
         self.table.addActions(list(actions))
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
@@ -403,7 +403,7 @@ class IntervalsPanel(QWidget):
     def _interval_changed(self) -> None:
         """Select the row of the interval that is selected in the document.
 
-        If the row may be hidden by the filter or in a folded group, update the table first.
+        If the filter or a folded group may hide the row, update the table first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:

@@ -36,7 +36,7 @@ _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel
 
 
 class DifferencesModel(RowModel[DifferenceRow]):
-    """The rows of the table: an interval, and the decisions of both reviewers."""
+    """The rows of the table, each with an interval and both reviewers' decisions."""
 
     heads = ("", "", "")  # set for each comparison, because they contain the reviewers' names
     middle = (0,)

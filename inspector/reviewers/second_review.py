@@ -44,7 +44,7 @@ class SecondReview:
     Attributes
     ----------
     agreement
-        The agreement of both reviewers before any difference was settled.
+        The agreement between the reviewers before any difference was settled.
     mine, theirs
         The names of the reviewers in the user's review and in the second review.
     """

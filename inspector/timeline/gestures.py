@@ -185,7 +185,7 @@ class Gestures:
         self._end(None)
 
     def _give_up(self) -> None:
-        """Stop a drag without undoing its changes, because a different clip was opened."""
+        """Stop a drag without undoing its changes. Called when a different clip is opened."""
         self._escape.end()
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)

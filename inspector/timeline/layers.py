@@ -217,7 +217,7 @@ class FrontLayer(Layer):
     title
         The title as pairs (text, name of a colour in the theme).
     values, time
-        The labels of the left and the bottom axis.
+        The labels of the left and bottom axes.
     tau
         The position of the τ line on the value axis and the label of the line, or None.
     """
@@ -297,7 +297,7 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, label.words)
 
     def _paint_axis_words(self, painter: QPainter) -> None:
-        """Paint the labels of the left and the bottom axis."""
+        """Paint the labels of the left and bottom axes."""
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()

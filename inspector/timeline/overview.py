@@ -283,7 +283,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag from the horizontal pixel `x` would move."""
+        """Return the part of the overview that a drag starting at pixel `x` would move."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)

@@ -36,7 +36,7 @@ class Plot:
     key
         The name of the pane's file in `panes/`.
     title
-        The name in the menu of plots and for screen readers.
+        The name in the plot menu and for screen readers.
     place
         The position. Panes are sorted by this number from top to bottom.
     weight

@@ -76,7 +76,7 @@ class ChainTauLine(TauLine):
         self.dropped.emit()
 
     def _give_up(self) -> None:
-        """Stop a drag without undoing its changes, for example because the clip was closed."""
+        """Stop a drag without undoing its changes, for example when the clip is closed."""
         self._escape.end()
         self._latest.forget()
         self._drag = 0

@@ -302,7 +302,7 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """Return the unit normal of the front face of a bone with the unit vector `axis`, (3,).
+    """Return the unit normal of the front face of a bone that points along `axis`, (3,).
 
     In the rest pose, the front faces forward or, if the bone itself points forward, up. All
     rotations of the rest pose are zero, so the parent's coordinates are world coordinates.
@@ -315,7 +315,7 @@ def _front(axis: Array, up: Array) -> Array:
 
 
 def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
-    """Return the scaled axes of a wedge as rows, (3, 3): along the bone, across it, and front."""
+    """Return the scaled axes of a wedge as rows, (3, 3): along the bone, sideways and front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 

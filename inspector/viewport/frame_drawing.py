@@ -108,7 +108,7 @@ class AngleSign:
 
     @cached_property
     def points(self) -> Array:
-        """Points on the error, (n, 3). Bones that hide these points are drawn translucent.
+        """Points that should be visible, (n, 3). Bones that hide them are drawn translucent.
 
         The points are on the wrong bone, along its captured and its corrected front, and on the
         fan.

@@ -1,4 +1,4 @@
-"""The widgets over the 3D view: legend, notice, labels, colour scale, small drawings, divider."""
+"""The widgets over the 3D view: legend, notice, labels, colour scale, drawings and divider."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Place the signs in the left image: angle or clock, letters for the sides, and whole figure."""
+"""Place the signs in the left image: angle or clock, side letters, and whole figure."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def show_signs(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> None:
-    """Show the angle, the letters of the sides and the whole figure for the last drawn pose.
+    """Show the angle, the side letters and the whole figure for the last drawn pose.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _add_body(
 ) -> None:
     """Add the bones, heads and chests of a pose to the crowded parts of an image.
 
-    Coloured bones are added with more pixels, so that labels preferably cover plain bones.
+    More pixels are added for coloured bones, so that labels preferably cover plain bones.
     """
     ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)

@@ -84,7 +84,7 @@ class Pose:
 
 
 class Shapes:
-    """The shapes of the bodies of a clip in one style, which all figures share.
+    """The shapes of a clip's bodies in one style. All figures share them.
 
     Attributes
     ----------
@@ -160,7 +160,7 @@ class Shapes:
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask of the vertices of the given bodies and of the spheres at their ends.
+        """Return a mask of the vertices that belong to given bodies or the spheres at their ends.
 
         Parameters
         ----------

@@ -232,7 +232,7 @@ def drape(
 
 
 def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
-    """Return the vertices of the fins of the bones that begin at given joints, in world space.
+    """Return the fin vertices of the bones that begin at given joints, in world space.
 
     Parameters
     ----------

@@ -90,8 +90,8 @@ class Trails:
     def _around(self, frame: int) -> tuple[Array, Array]:
         """Return the trails before and after correction, (stops, joints, 3) each.
 
-        A stop is one of the frames around `frame`. Outside the clip, its first or last frame is
-        repeated. The trails of several seconds are computed together and cached for playback.
+        A stop is one of the frames around `frame`. For stops outside the clip, its first or last
+        frame is repeated. Several seconds are computed together and cached for playback.
         """
         frames = self._document.frames
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)

@@ -224,7 +224,7 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """Build the figure of the open clip or, if it is already built, its camera.
+        """Build the figure of the open clip. If the figure is already built, create the camera.
 
         The timer calls this method twice, so the window can respond between the two steps.
         """

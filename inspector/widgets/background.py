@@ -81,7 +81,7 @@ class Task(QObject):
     def run(self) -> Callable[[], None]:
         """Do the work in the current thread, and return a function that delivers the result.
 
-        The GUI thread must call this function.
+        The returned function must be called in the GUI thread.
         """
         try:
             return partial(self._deliver, self._work(self.tell), None)

@@ -221,7 +221,7 @@ class Pages(MarkdownPage):
             block = block.next()
 
     def _follow(self, url: QUrl) -> None:
-        """Open a link: a page, at its top or at a heading, or a web address in the web browser."""
+        """Open a link to a page or to a heading, or open a web address in the web browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
