@@ -180,7 +180,7 @@ class DetailCard(QWidget):
     def show_selected(self, ids: Sequence[int]) -> None:
         """Show how many intervals a decision applies to, if there are several.
 
-        If some of the corrections would make a measure of side effects worse, show how many.
+        If some of the corrections would have harmful side effects, show how many.
         """
         number = len(ids)
         for decision, button in self.buttons.items():

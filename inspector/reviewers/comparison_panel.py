@@ -258,7 +258,7 @@ class ComparisonPanel(QWidget):
             self._show(row)
 
     def _show(self, row: DifferenceRow) -> None:
-        """Select the interval of a row in the document.
+        """Select a row's interval in the document.
 
         If only the other review has the interval, go to its frames.
         """

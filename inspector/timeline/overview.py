@@ -157,7 +157,7 @@ class OverviewStrip(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Paint the marks again for the new size."""
+        """Repaint the marks for the new size."""
         self._redraw()
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -236,7 +236,7 @@ class Scene:
     def draw_corrected(
         self, chain: Chain | None, before: Pose, after: Pose, camera: OrbitCamera
     ) -> None:
-        """Draw a preview of the correction of a chain in the left image, if there are two images.
+        """Draw a preview of a chain's correction in the left image, if there are two images.
 
         Parameters
         ----------
@@ -269,7 +269,7 @@ class Scene:
 
     @property
     def roots(self) -> list[int]:
-        """The index of the root joint of each person."""
+        """The root joint index of each person."""
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:

@@ -25,7 +25,7 @@ _NEARER = 0.004  # relative to the distance from the eye
 def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
     """Return the joints of the hands and feet, (n,).
 
-    If there are no known limbs, return the last joints of the hierarchy.
+    If no limbs are known, return the leaf joints of the skeleton.
     """
     found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
     if not found:

@@ -151,7 +151,7 @@ class Caption(QWidget):
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the text into lines again for the new width."""
+        """Rewrap the text for the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 

@@ -138,7 +138,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert an outline of matplotlib, with y up, to a path of Qt, with y down."""
+    """Convert a matplotlib outline, with y pointing up, to a Qt path, with y pointing down."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]
