@@ -180,7 +180,7 @@ class DetailCard(QWidget):
     def show_selected(self, ids: Sequence[int]) -> None:
         """Show how many intervals a decision applies to, if there are several.
 
-        If the corrections of some of them would make something worse, show their number.
+        If some of the corrections would have harmful side effects, show how many.
         """
         number = len(ids)
         for decision, button in self.buttons.items():
@@ -302,7 +302,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return the side effects of a correction if all other corrections are also applied."""
+        """Return the side effects of a correction, with all other corrections also applied."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -390,7 +390,7 @@ def explanation(
     """Return the text that explains why an interval is listed.
 
     The text describes the error, the side effects of the correction, and the numbers. `measures`
-    has the protected measures before and after the correction. `stretch` is the interval that
+    contains the protected measures before and after the correction. `stretch` is the interval that
     begins or ends at a lone jump, or None.
     """
     interval = judged.interval
@@ -448,7 +448,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return the first sentence of an explanation: the wrong body part, the angle, the duration."""
+    """Return the first sentence of an explanation, with the body part, angle and duration."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
@@ -612,7 +612,7 @@ def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = 
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences about a flip: its jumps, and how usual the side between them is."""
+    """Yield sentences about a flip: its jumps, and how common the side between them is."""
     edges = evidence.get("edges", ())
     if not edges:
         return

@@ -1,4 +1,4 @@
-"""The list of the steps of the review. A click on a step undoes or redoes all steps up to it."""
+"""The list of review steps. A click on a step undoes or redoes all steps up to that step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.review import Review
 
 
 class HistoryPanel(QWidget):
-    """The list of the steps of the review. Undone steps are greyed out."""
+    """The list of review steps. Undone steps are greyed out."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The columns of the interval table: which of them are visible, their widths, the sort order."""
+"""The columns of the interval table: their visibility, their widths and the sort order."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Column:
     tip
         The tool tip of the heading.
     figures
-        True for a column of numbers. They are aligned to the right.
+        True for a column of numbers, which is right-aligned.
     """
 
     id: str
@@ -100,7 +100,7 @@ def columns_that_fit(
     widths
         The width of each column in pixels, keyed by id.
     filled
-        The ids of the columns that have a text in any row.
+        The ids of the columns that contain text in any row.
     least
         The minimum width of the first column in pixels if the column 'stop' is shown.
     """
@@ -148,8 +148,9 @@ class IntervalColumns(QObject):
     def take(self, samples: Mapping[str, str], filled: Iterable[str]) -> None:
         """Set the widest text of each column, and the columns that are not empty.
 
-        `samples` has the widest texts, keyed by column id. An empty text means that the heading is
-        the widest text. `filled` has the ids of the columns that have a text in any row.
+        `samples` contains the widest texts, keyed by column id. An empty string means that the
+        heading is the widest text. `filled` contains the ids of the columns that have text in any
+        row.
         """
         self._samples, self._with_text = dict(samples), frozenset(filled)
         self.fit()

@@ -57,9 +57,9 @@ class IntervalFilter:
 
     @staticmethod
     def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
-        """Return the filter for the inputs of the user.
+        """Return the filter for the user's input.
 
-        In the search line, a text such as '>0.9' is a limit of the confidence.
+        In the search line, a text such as '>0.9' sets a limit for the confidence.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class IntervalFilter:
 
 
 class FilterLine(QWidget):
-    """The input fields of the filter: a list of filters, a list of confidences, a search line."""
+    """The input fields of the filter: lists of filters and confidences, and a search line."""
 
     changed = Signal()
     left = Signal()  # Enter or Esc was pressed, so the keys belong to the review again

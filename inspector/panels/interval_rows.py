@@ -130,7 +130,7 @@ class IntervalModel(RowModel[ListRow]):
         return super().headerData(section, orientation, role)
 
     def describe(self, thing: ListRow) -> TableRow:
-        """Return the texts and other data of all cells of a row."""
+        """Return the texts, colours and other data of all cells in a row."""
         if isinstance(thing, GroupRow):
             return self._describe_group(thing)
         judged, shared = thing.judged, thing.shared

@@ -280,7 +280,7 @@ class IntervalsPanel(QWidget):
     def selected_ids(self) -> tuple[int, ...]:
         """Return the ids of the selected intervals, including those in selected groups.
 
-        They are in the order of the rows.
+        The ids are in row order.
         """
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
@@ -294,7 +294,7 @@ class IntervalsPanel(QWidget):
         return len(self._selected_rows()) > 1
 
     def context_menu(self, actions: Sequence[QAction]) -> None:
-        """Set the actions in the context menu of the rows."""
+        """Set the actions in the rows' context menu."""
         self.table.addActions(list(actions))
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
@@ -403,7 +403,7 @@ class IntervalsPanel(QWidget):
     def _interval_changed(self) -> None:
         """Select the row of the interval that is selected in the document.
 
-        If the row may be hidden by the filter or in a folded group, update the table first.
+        If the filter or a folded group may hide the row, update the table first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:

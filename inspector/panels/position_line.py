@@ -53,7 +53,7 @@ class FrameLine(ElidedLine):
 
 
 class PositionLine(SteadyLabel):
-    """A label with the selected chain, and with its angle, strength and offset at the playhead."""
+    """A label with the selected chain and its angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

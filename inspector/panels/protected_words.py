@@ -33,7 +33,7 @@ def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:
-    """Return a text with one line per measure: its value before and after the correction."""
+    """Return a table with one line per measure: its value before and after the correction."""
     return "\n".join(map(_line, measures))
 
 

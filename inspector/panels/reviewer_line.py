@@ -45,7 +45,7 @@ class ReviewerLine(QFrame):
             self.show()  # without the focus, because the next key is usually another decision
 
     def _hide_if_named(self) -> None:
-        """Hide the line if the user has entered the name in a different place."""
+        """Hide the line if the user has entered the name elsewhere."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

@@ -1,4 +1,4 @@
-"""The names of a chain's joints as in the file: 'lradius → lhand' for 'Left ForeArm'."""
+"""Joint names as in the file, such as 'lradius → lhand' for the chain 'Left ForeArm'."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def joints_of(chain: Chain, skeleton: Skeleton) -> str:
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:
-    """Return the names of a chain's joints as in the file, or '' if they repeat its label."""
+    """Return the names of a chain's joints as in the file, or '' if they match its label."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
     return "" if same or not chain.segment else joints_of(chain, skeleton)

@@ -100,7 +100,7 @@ class StartPage(QScrollArea):
             button.setIcon(self._folder_icon)
 
     def show_recent(self, clips: Sequence[Path], folders: Sequence[Path] = ()) -> None:
-        """List the recent folders and then the recent clips, each with the latest first."""
+        """List the recent folders and then the recent clips, each with the most recent first."""
         while item := self._recent.takeAt(0):
             if widget := item.widget():
                 widget.hide()

@@ -97,7 +97,7 @@ class Transport(QWidget):
         self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size, which is without the time and with the slider in its own row."""
+        """Return the minimum size, with the time hidden and the slider in a separate row."""
         return QSize(self._least_width(), super().minimumSizeHint().height())
 
     def _least_width(self) -> int:
@@ -117,7 +117,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with its number for the first frame."""
+        """Return the widgets that show the frame, each with its value at the clip's first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

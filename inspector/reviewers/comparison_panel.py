@@ -36,7 +36,7 @@ _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel
 
 
 class DifferencesModel(RowModel[DifferenceRow]):
-    """The rows of the table: an interval, and the decisions of both reviewers."""
+    """The rows of the table, each with an interval and both reviewers' decisions."""
 
     heads = ("", "", "")  # set for each comparison, because they contain the reviewers' names
     middle = (0,)
@@ -75,9 +75,9 @@ class DifferencesModel(RowModel[DifferenceRow]):
         )
 
     def correction(self, judged: Judged) -> tuple[str, str, str]:
-        """Return the texts for the frames, the angle and the end of a correction.
+        """Return a correction as three texts: its frames, its angle and the state of the end.
 
-        The end is the foot, hand or next joint, which is 'kept' or 'turned'.
+        The end is the foot, hand or next joint. Its state is 'kept' or 'turned'.
         """
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
@@ -258,7 +258,7 @@ class ComparisonPanel(QWidget):
             self._show(row)
 
     def _show(self, row: DifferenceRow) -> None:
-        """Select the interval of a row in the document.
+        """Select a row's interval in the document.
 
         If only the other review has the interval, go to its frames.
         """

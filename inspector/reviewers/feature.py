@@ -30,7 +30,7 @@ from twistcore.review.agreement import check_same_clip
 
 
 class Reviewers(FeatureParts):
-    """The parts of the feature: the panel of differences, and the actions that settle them."""
+    """The comparison feature: the panel of differences, and the actions that settle them."""
 
     def __init__(self, window: HostWindow) -> None:
         self.comparison = ComparisonPanel(window.document, window.colours, window.actions_by_id)
@@ -87,7 +87,7 @@ class Reviewers(FeatureParts):
             self._window.timeline.visible.zoom_to_interval(judged)
 
     def _end(self) -> None:
-        """Close the comparison, because a different clip was opened."""
+        """Close the comparison. Called when a different clip is opened."""
         self._reading.cancel()
         self.comparison.compare(None)
         self._dock.hide()

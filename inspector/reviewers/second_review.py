@@ -34,7 +34,7 @@ class DifferenceRow:
 
     @property
     def key(self) -> int:
-        """A number that identifies the difference. It does not change when it is settled."""
+        """A number that identifies the difference and stays the same when it is settled."""
         return self.pair.theirs.id if self.pair.theirs else -self.pair.either.id
 
 
@@ -44,7 +44,7 @@ class SecondReview:
     Attributes
     ----------
     agreement
-        The agreement of both reviewers before any difference was settled.
+        The agreement between the reviewers before any difference was settled.
     mine, theirs
         The names of the reviewers in the user's review and in the second review.
     """

@@ -1,1 +1,1 @@
-"""The timeline: plots of angles and of the strength with τ, intervals, and an overview."""
+"""The timeline: plots of a chain's angles and error strength, and an overview of the clip."""

@@ -73,7 +73,7 @@ class ChainCurves(Curves):
         return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
 
     def both_angles(self, prefix: str, frame: int) -> Title:
-        """Return a part for a title: θp and θc at a frame, before and after correction.
+        """Return title parts with θp and θc at a frame, before and after correction.
 
         `prefix` is '' for the angles themselves, or 'd' for their changes since the previous frame.
         """

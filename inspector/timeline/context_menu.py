@@ -29,7 +29,7 @@ def context_menu(
     Parameters
     ----------
     degrees
-        The τ, in degrees, at the height of the point, or 0 in plots without τ.
+        The value of τ, in degrees, at the height of the point, or 0 in plots without τ.
     judged
         The interval at the point, or None.
     plots

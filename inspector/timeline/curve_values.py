@@ -20,7 +20,7 @@ def centre_of(angle: Array) -> float:
 
 
 def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
-    """Wrap an angle to within 180° of `centre`, and return it in degrees, (frames,), and its seams.
+    """Wrap an angle to within 180° of `centre`. Return it in degrees, (frames,), with its seams.
 
     `angle` and `centre` are in radians. A seam is a frame after which the angle wraps around from
     one end of this range to the other. Lines are broken at seams, but not at real jumps.
@@ -30,9 +30,9 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
 
 
 def rarest_angle(angle: Array) -> float:
-    """Return the angle to which the given angles, (n,), are rarely close, in radians in (−2π, 0].
+    """Return the angle at which the given angles, (n,), are sparsest, in radians in (−2π, 0].
 
-    A line that is broken at this angle still shows jumps of 180°.
+    A curve that is broken at this angle still shows jumps of 180°.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
@@ -43,7 +43,7 @@ def rarest_angle(angle: Array) -> float:
 
 
 def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
-    """Wrap an angle to the 360° above `seam`, and return it in degrees, (frames,), and its seams.
+    """Wrap an angle to the 360° above `seam`. Return it in degrees, (frames,), with its seams.
 
     `angle` and `seam` are in radians. Seams are defined as in :func:`degrees_about`, but a jump of
     more than 90° is not a seam, so it is drawn.

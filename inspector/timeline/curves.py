@@ -47,7 +47,7 @@ class Curves(ABC):
 
     @property
     def offset(self) -> Array:
-        """The offset that the review removes, in radians, (frames,)."""
+        """The offset that the review's corrections remove, in radians, (frames,)."""
         return self.document.offset(self.document.chain)
 
     @abstractmethod
@@ -64,7 +64,7 @@ class Curves(ABC):
     def fit_tau(self, pane: Pane, degrees: float) -> None:
         """Set the value range of the strength plot for a τ in degrees.
 
-        The range is from 0 to the highest peak, or higher if it would not leave space above τ.
+        The range extends from 0 to the highest peak, or higher if necessary to leave space above τ.
         """
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
@@ -100,10 +100,10 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def number(angle: Array, frame: int) -> str:
-    """Return the text in degrees for an angle, (frames,), in radians, at a frame."""
+    """Format the angle at a frame in degrees. `angle` is in radians, (frames,)."""
     return in_degrees(float(np.degrees(wrap(angle[frame]))))
 
 
 def in_degrees(value: float) -> str:
-    """Return the text for an angle in degrees, padded to align the numbers in titles."""
+    """Format an angle in degrees, padded to align the numbers in titles."""
     return f"{plain(value):>7}°"

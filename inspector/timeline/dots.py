@@ -21,7 +21,7 @@ class Dots(Layer):
     frame
         The frame of all dots.
     dots
-        Pairs of a value on the plot's axis, and True for a ring instead of a dot.
+        Pairs (value on the plot's axis, True for a ring or False for a dot).
     """
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, role: str = "after") -> None:

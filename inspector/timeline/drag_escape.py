@@ -32,7 +32,7 @@ class DragEscape(QObject):
         _app().removeEventFilter(self)
 
     def undo(self) -> None:
-        """Undo the changes of the drag, if there are any."""
+        """Undo the changes that the drag has made, if any."""
         document = self._document
         if not document.data or not document.review.undo_text:
             return

@@ -84,8 +84,8 @@ class Gestures:
         Parameters
         ----------
         refresh
-            A function that applies pending changes of the document to the plots, so that the mouse
-            can grab only intervals that still exist.
+            A function that applies pending document changes to the plots, so that the mouse can
+            grab only intervals that still exist.
         repaint
             A function that repaints the plots.
         """
@@ -185,7 +185,7 @@ class Gestures:
         self._end(None)
 
     def _give_up(self) -> None:
-        """Stop a drag without undoing its changes, because a different clip was opened."""
+        """Stop a drag without undoing its changes. Called when a different clip is opened."""
         self._escape.end()
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
@@ -233,7 +233,7 @@ class Gestures:
         return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
-        """End a drag. `drawn` are the frames [start, stop) of a new interval, or None."""
+        """End a drag. `drawn` is the frame range [start, stop) of a new interval, or None."""
         self._escape.end()
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
             # This is called before the drag ends, so the plots do not scroll.
@@ -292,9 +292,9 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ outside all intervals, and explain why it is not an interval.
+        """Move to a nearby peak above τ that is in no interval, and explain why it is in none.
 
-        Returns False if there is no such peak.
+        Return False if there is no such peak.
         """
         near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
         if near is None or (reason := reason_here(self._document, near)) is None:
@@ -318,7 +318,7 @@ class Gestures:
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around `frame`, or pan, by `notches`, the rotation of the wheel."""
+        """Zoom in time around `frame`, or pan. `notches` is the rotation of the mouse wheel."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))

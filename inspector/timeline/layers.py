@@ -44,7 +44,7 @@ class DragLabel:
     words
         The text.
     band
-        The frames [start, stop) of an interval that is being drawn, or None. All plots show them.
+        The frames [start, stop) of an interval that is being drawn, or None. All plots show it.
     """
 
     key: str
@@ -128,7 +128,7 @@ class Scenery:
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions of the intervals in a range of frames.
+        """Return the pixel regions that show the intervals in a range of frames.
 
         `width` is the width of the plot in pixels. The regions are cached, because all plots show
         the same regions.
@@ -164,7 +164,7 @@ class Layer(QGraphicsItem):
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Return the horizontal position, in pixels, of a frame. Both may have fractions."""
+        """Return the horizontal position, in pixels, of a frame. Both may be fractional."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
@@ -217,7 +217,7 @@ class FrontLayer(Layer):
     title
         The title as pairs (text, name of a colour in the theme).
     values, time
-        The labels of the left and the bottom axis.
+        The labels of the left and bottom axes.
     tau
         The position of the τ line on the value axis and the label of the line, or None.
     """
@@ -264,7 +264,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Draw a bar at the right edge that shows which part of the values is visible."""
+        """Draw a bar at the right edge that shows which part of the value range is visible."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
@@ -297,7 +297,7 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, label.words)
 
     def _paint_axis_words(self, painter: QPainter) -> None:
-        """Paint the labels of the left and the bottom axis."""
+        """Paint the labels of the left and bottom axes."""
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()
@@ -350,7 +350,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the lines of the title: one line in the window, as many as needed in a figure."""
+        """Return the lines of the title: one in the window, as many as necessary in a figure."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -29,7 +29,7 @@ class ReadOnlyGestures(Gestures):
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead if it is at `frame`, and empty space if not."""
+        """Return a hit on the playhead if it is at `frame`, or else a hit on empty space."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 

@@ -137,7 +137,7 @@ class OverviewStrip(QWidget):
     def _rows(self) -> dict[str, tuple[float, float]]:
         """Return the top and the height of each chain's row in pixels, keyed by chain.
 
-        The row of the selected chain is the highest.
+        The row of the selected chain is the tallest.
         """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
@@ -157,7 +157,7 @@ class OverviewStrip(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Paint the marks again for the new size."""
+        """Repaint the marks for the new size."""
         self._redraw()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -266,7 +266,7 @@ class OverviewStrip(QWidget):
     # -- the mouse ----------------------------------------------------------------------------
 
     def interval_at(self, at: QPointF) -> Judged | None:
-        """Return the interval at a point of the strip, or None.
+        """Return the interval at a point in the strip, or None.
 
         If there are several, return the one in the nearest row.
         """
@@ -283,7 +283,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag from the horizontal pixel `x` would move."""
+        """Return the part of the overview that a drag starting at pixel `x` would move."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)

@@ -103,7 +103,7 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Update the content that the timeline does not set. The base class has no such content."""
+        """Update content that is not set by the timeline. The base class has no such content."""
 
     def forget(self) -> None:
         """Discard all data of the clip. Called after the clip or the detector has changed."""
@@ -171,7 +171,7 @@ class Pane(Canvas):
             self.touch()
 
     def look_like(self, other: Pane) -> None:
-        """Copy the highlighted curves and, if the user has zoomed it, the value range of a pane."""
+        """Copy the highlighted curves of another pane and, if it is zoomed, its value range."""
         self.time.look_like(other.time)
         self.highlight(other._lit)
 

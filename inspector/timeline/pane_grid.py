@@ -1,4 +1,4 @@
-"""A grid of panes. It has several columns if a single column would be too high."""
+"""A grid of panes. It has several columns if a single column would be too tall."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PaneGrid(QStackedWidget):
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """Create the grid. `plots` has the descriptions of the panes, with the keys of `panes`."""
+        """Create the grid. `plots` contains the description of each pane, keyed like `panes`."""
         super().__init__(parent)
         self._panes, self._plots = panes, plots
         self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
@@ -63,7 +63,7 @@ class PaneGrid(QStackedWidget):
     def chosen(self) -> list[str]:
         """The keys of the panes that the user has chosen and that apply to the selection.
 
-        They are in the order from top to bottom.
+        The keys are ordered from top to bottom.
         """
         return [k for k in self._panes if k in self._chosen & self._applicable]
 
@@ -73,9 +73,9 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the panes that the user has chosen and that apply to the selection; hide the hint.
+        """Hide the hint, and show the panes that the user has chosen and that apply.
 
-        `applicable` has the keys of the panes that apply to the selection.
+        `applicable` contains the keys of the panes that apply to the selection.
         """
         self._applicable = frozenset(applicable)
         self.arrange()
@@ -110,7 +110,7 @@ class PaneGrid(QStackedWidget):
     def arrange(self) -> None:
         """Arrange the panes in as few columns as the height allows.
 
-        If the width does not allow so many columns, fewer panes are shown.
+        If the widget is too narrow for these columns, fewer panes are shown.
         """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)

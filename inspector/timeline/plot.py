@@ -1,7 +1,7 @@
-"""The description of a pane: its texts, its position, and the functions that draw it.
+"""The description of a pane: its labels, its position, and the functions that draw it.
 
-Each pane is an object of :class:`Plot`, stored in the variable `plot` of its own file in `panes/`.
-All files in that folder are found automatically.
+Each file in `panes/` defines one pane: a :class:`Plot`, stored in the variable `plot`. All files in
+that folder are found automatically.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Plot:
     key
         The name of the pane's file in `panes/`.
     title
-        The name in the menu of plots and for screen readers.
+        The name in the plot menu and for screen readers.
     place
         The position. Panes are sorted by this number from top to bottom.
     weight
@@ -65,7 +65,7 @@ class Plot:
     glyphs
         True to draw the symbols of decisions on the intervals.
     unit
-        The unit after the numbers of the axis.
+        The unit that follows the numbers on the axis.
     dots
         The angles of an edited frame that are drawn as dots: (name, symbol, True for a ring).
     takes_tau

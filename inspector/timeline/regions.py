@@ -1,4 +1,4 @@
-"""The intervals as regions of pixels, which are computed once for all plots."""
+"""Compute the pixel regions of intervals once for all plots."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _Group:
 
 
 class Regions:
-    """The intervals in a range of frames as regions of pixels, for plots of any height.
+    """The pixel regions of the intervals in a range of frames, for plots of any height.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class ChainTauLine(TauLine):
         self.dropped.emit()
 
     def _give_up(self) -> None:
-        """Stop a drag without undoing its changes, for example because the clip was closed."""
+        """Stop a drag without undoing its changes, for example when the clip is closed."""
         self._escape.end()
         self._latest.forget()
         self._drag = 0
@@ -98,7 +98,7 @@ def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
 
 
 def tau_at(place: float) -> float:
-    """Return the τ, in degrees, at a position on the square-root scale."""
+    """Return the value of τ, in degrees, at a position on the square-root scale."""
     return round(from_root_scale(place), 1)
 
 

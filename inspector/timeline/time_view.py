@@ -50,7 +50,7 @@ class TimeView(pg.ViewBox):
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values. Show it unless the user has zoomed or a part is shown."""
+        """Set the full value range, and show it unless the user has zoomed or a part is shown."""
         self._all = (low, high)
         if not self.zoomed and self._part is None:
             self.fit()
@@ -170,5 +170,5 @@ class TimeView(pg.ViewBox):
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Return the frame at a position in this view. It may have a fraction."""
+        """Return the frame at a position in this view. The result may be fractional."""
         return float(self.mapToView(position).x())

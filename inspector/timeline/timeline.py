@@ -124,7 +124,7 @@ class Timeline(QWidget):
             self.document.message.emit(hint, False)
 
     def look_like(self, other: Timeline) -> None:
-        """Copy the choice of plots, the visible frames and the value ranges of a timeline."""
+        """Copy the choice of plots, the visible frames and the value ranges of another timeline."""
         for key, toggle in other.toggles.items():
             self.toggles[key].setChecked(toggle.isChecked())
         if other.grid.alone:
@@ -186,7 +186,7 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update the plots that have just become visible, and the numbers on the button 'Plots'."""
+        """Update the plots that have become visible, and the plot counts on the 'Plots' button."""
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -251,7 +251,7 @@ class Timeline(QWidget):
         self._stale.mark_all()
 
     def refresh(self) -> None:
-        """Apply all pending changes of the document to the plots."""
+        """Apply all pending document changes to the plots."""
         anything, everything = self._stale.take()
         if not anything:
             return

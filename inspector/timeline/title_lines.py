@@ -1,4 +1,4 @@
-"""Break the title of a plot in a figure into lines."""
+"""Break the title of a figure's plot into lines."""
 
 from __future__ import annotations
 

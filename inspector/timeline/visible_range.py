@@ -18,7 +18,7 @@ class VisibleRange(QObject):
     Attributes
     ----------
     ends
-        The first and the last visible frame, with fractions.
+        The first and the last visible frame, which may be fractional.
     """
 
     changed = Signal()

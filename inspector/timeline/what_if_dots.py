@@ -1,6 +1,7 @@
 """Dots at the playhead that show the angles of an edited frame in the plots.
 
-A full dot shows θp or m, and a ring shows θc. Both have the colour of the corrected pose.
+A full dot shows θp, Δθp or the strength m, and a ring shows θc or Δθc. All have the colour of the
+corrected pose.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class WhatIfDots:
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """Create the dots. `plots` has the descriptions of the panes, with the keys of `panes`."""
+        """Create the dots. `plots` contains the description of each pane, keyed like `panes`."""
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: Dots(pane.view, scenery) for key, pane in self._panes.items()}
@@ -35,8 +36,7 @@ class WhatIfDots:
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
         """Show the angles of an edited frame.
 
-        `values` has the angles in radians, keyed by name. Angles that it does not have are not
-        shown.
+        `values` contains the angles in radians, keyed by name. Missing angles are not shown.
         """
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():

@@ -22,7 +22,7 @@ from inspector.video.video_reader import SUFFIXES
 
 
 class Video(FeatureParts):
-    """The parts of the feature: the panel with the video of the open clip, and its actions."""
+    """The witness video feature: the panel with the open clip's video, and the actions."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id

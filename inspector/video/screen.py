@@ -36,7 +36,7 @@ class Screen(QWidget):
         self._name_picture()
 
     def _name_picture(self) -> None:
-        """Set the text for screen readers: the message or, if there is an image, its name."""
+        """Set the screen-reader text: the message or, if there is an image, the image's name."""
         name = self.text if self.image is None else tr("Image of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)

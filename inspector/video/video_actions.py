@@ -44,7 +44,7 @@ class VideoActions:
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock of the video. If it was hidden, it gets a third of the window's width."""
+        """Show the video dock. If it was hidden, it gets a third of the window's width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3

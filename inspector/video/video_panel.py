@@ -194,7 +194,7 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to a different video or, for None, to no video, and release a held image."""
+        """Replace the video, or close it if `reader` is None. A held image is released."""
         if self.reader is not None:
             close = self.reader.close
             # This is done in a thread, because the reader may still be decoding.

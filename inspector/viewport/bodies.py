@@ -285,7 +285,7 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 def _is_free(motion: Motion, joint: int) -> bool:
     """Return True if the joint is a child of the root and moves relative to it.
 
-    No bone leads to such a joint.
+    No bone is drawn from the root to such a joint.
     """
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
@@ -302,7 +302,7 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """Return the unit normal of the front face of a bone with the unit vector `axis`, (3,).
+    """Return the unit normal of the front face of a bone that points along `axis`, (3,).
 
     In the rest pose, the front faces forward or, if the bone itself points forward, up. All
     rotations of the rest pose are zero, so the parent's coordinates are world coordinates.
@@ -315,15 +315,16 @@ def _front(axis: Array, up: Array) -> Array:
 
 
 def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
-    """Return the scaled axes of a wedge as rows, (3, 3): along the bone, across it, and front."""
+    """Return the scaled axes of a wedge as rows, (3, 3): along the bone, sideways and front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
 def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
-    """Rotate `vector`, a normal of `start`, by the shortest rotation from `start` to `stop`.
+    """Rotate `vector` by the shortest rotation that takes `start` to `stop`.
 
-    The result is a normal of `stop`. All vectors are unit vectors, (3,).
+    All vectors are unit vectors, (3,). `vector` is perpendicular to `start`, and the result is
+    perpendicular to `stop`.
     """
     across = start + stop
     if across @ across < 1e-6:

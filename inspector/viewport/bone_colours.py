@@ -37,12 +37,12 @@ class Role(IntEnum):
 
 
 def rgb(colour: str) -> Floats:
-    """Return the red, green and blue values of a colour '#rrggbb', (3,) in 0…255."""
+    """Return the red, green and blue values of a hex colour '#rrggbb', (3,) in 0…255."""
     return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.float64)
 
 
 def mix(first: str, second: str, share: float) -> Floats:
-    """Return a mixture of two colours '#rrggbb', (3,) in 0…255.
+    """Return a mixture of two hex colours '#rrggbb', (3,) in 0…255.
 
     `share` is the share of the second colour, 0…1.
     """
@@ -50,7 +50,7 @@ def mix(first: str, second: str, share: float) -> Floats:
 
 
 def shaded(colour: Floats, share: Floats) -> Floats:
-    """Return colours that are mixed with white (share > 0) or black (share < 0), (…, 3) in 0…255.
+    """Mix colours with white (share > 0) or black (share < 0), and return them, (…, 3) in 0…255.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def palette(theme: Theme) -> Floats:
 
 
 def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
-    """Return the colour of each vertex of a shape, by the role of its bone, (vertices, 3).
+    """Return the colour of each vertex of a shape according to its bone's role, (vertices, 3).
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
     """Return the colours that represent |offset| on the colour scale, (n, 3) in 0…255.
 
-    `angle` has the offsets in radians, (n,).
+    `angle` contains the offsets in radians, (n,).
     """
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)
@@ -121,7 +121,7 @@ def scale_colour(theme: Theme, angle: Floats) -> Floats:
 
 
 def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
-    """Return the colour of each vertex of a shape, by the |offset| of its bone, (vertices, 3).
+    """Return the colour of each vertex of a shape according to its bone's |offset|, (vertices, 3).
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _REACH = 12.0  # distance in pixels from a body within which the mouse hits the 
 
 
 class Pointing(QObject):
-    """A handler of clicks on bones, which also shows the name of the bone under the mouse."""
+    """A mouse handler that selects clicked bones and shows the name of the bone under the mouse."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)
@@ -41,7 +41,7 @@ class Pointing(QObject):
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a point of the view, or nothing if no bone is there.
+        """Select the chain of the bone at a point in the view, or nothing if no bone is there.
 
         A second click selects the limb of the bone.
         """
@@ -50,7 +50,7 @@ class Pointing(QObject):
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Show a tool tip with the name of the bone at a point of the view, if there is a bone.
+        """Show a tool tip with the name of the bone at a point in the view, if there is one.
 
         A bone has the name of its parent joint. If a click would select a whole limb, the tool tip
         also shows the name of the limb.
@@ -82,7 +82,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """Return the parent joint of the bone at a point of the view, or None."""
+        """Return the parent joint of the bone at a point in the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None
@@ -120,9 +120,9 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Return the distances from a point to line segments, (n,), and the nearest places on them.
+    """Return the distance from a point to each line segment, (n,), and the closest points on them.
 
-    The places, (n,), are shares from 0 at the start of a segment to 1 at its end.
+    The closest points, (n,), are fractions of the segments, from 0 at the start to 1 at the end.
     """
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)

@@ -73,15 +73,15 @@ class OrbitCamera:
         return np.stack([right, np.cross(back, right), back])
 
     def orbited(self, azimuth: float, elevation: float) -> OrbitCamera:
-        """Return the camera, rotated about its target by two angles in radians.
+        """Return a copy of the camera, rotated about its target by two angles in radians.
 
-        The elevation is limited, so the camera is never upside down.
+        The elevation is limited so that the camera is never upside down.
         """
         steep = float(np.clip(self.elevation + elevation, -_STEEPEST, _STEEPEST))
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
     def panned(self, right: float, up: float, height: int) -> OrbitCamera:
-        """Return the camera, moved so that the image shifts by `right` and `up` pixels.
+        """Return a copy of the camera, moved so that the image shifts by `right` and `up` pixels.
 
         `height` is the height of the image in pixels.
         """
@@ -90,15 +90,15 @@ class OrbitCamera:
         return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
 
     def moved(self, step: Array) -> OrbitCamera:
-        """Return the camera, moved by a vector (3,) in world coordinates."""
+        """Return a copy of the camera, moved by a vector (3,) in world coordinates."""
         return self._placed(self.target + step, self.distance)
 
     def zoomed(self, factor: float) -> OrbitCamera:
-        """Return the camera, with its distance from the target divided by `factor`."""
+        """Return a copy of the camera with its distance from the target divided by `factor`."""
         return replace(self, distance=self.distance / factor)
 
     def looking_from(self, direction: Array) -> OrbitCamera:
-        """Return the camera, rotated to look at its target from a direction, a unit vector (3,)."""
+        """Return a copy of the camera that sees the target from a direction, a unit vector (3,)."""
         azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
@@ -106,8 +106,9 @@ class OrbitCamera:
     def framing(
         self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
     ) -> OrbitCamera:
-        """Return the camera, moved but not rotated, so that all points (n, 3) just fit the image.
+        """Return a copy of the camera, moved so that the points (n, 3) fill the image.
 
+        The camera is not rotated.
         `aspect` is the width of the image divided by its height, `margin` scales the distance, and
         `covered` is the share of the image's height that is covered at the top.
         """
@@ -121,9 +122,9 @@ class OrbitCamera:
         return self._placed(centre @ self.axes, float(max(away, 1e-9)))
 
     def _placed(self, target: Array, distance: float) -> OrbitCamera:
-        """Return the camera with a new target and distance, and with its cached directions.
+        """Return a copy of the camera with a new target and distance.
 
-        The directions do not depend on the target or the distance.
+        The cached directions are reused, because they do not depend on the target or the distance.
         """
         camera = replace(self, target=target, distance=distance)
         for name in ("sideways", "direction", "axes"):
@@ -152,9 +153,10 @@ class OrbitCamera:
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """Interpolate between two cameras with equal `up` and `ahead`; `share` is 0…1.
+    """Interpolate between two cameras that have the same `up` and `ahead`.
 
-    The azimuth changes in the direction of the shorter rotation.
+    `share` is 0 at `start` and 1 at `stop`. The azimuth changes in the direction of the shorter
+    rotation.
     """
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
@@ -167,7 +169,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """Return the camera, rotated to the view `name` in VIEWS.
+    """Return a copy of the camera, rotated to the view `name` in VIEWS.
 
     `facing` is the horizontal direction in which the figure faces, (3,).
     """
@@ -193,7 +195,7 @@ def roll_direction(
     up: Array,
     hidden: Hidden = _nothing_hidden,
 ) -> Array:
-    """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
+    """Return the best direction for viewing the roll of a bone, a unit vector (3,).
 
     The best view shows the whole limb from outside and not from below. The captured and the
     corrected front of the bone are both visible, and the view is at an angle to the bone, so that a
@@ -251,7 +253,7 @@ def circle_direction(
     up: Array,
     hidden: Hidden = _nothing_hidden,
 ) -> Array:
-    """Return the direction from which a rotation about a limb's line is best visible, (3,).
+    """Return the best direction for viewing a rotation about a limb's line, a unit vector (3,).
 
     The line leads from the limb's first joint to its end. The best view is at an angle to the line,
     so the circle of the middle joint looks open. It shows the whole limb, with the middle joint to

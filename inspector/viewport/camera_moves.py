@@ -52,7 +52,7 @@ class Steering(QWidget):
 
     @property
     def scene(self) -> Scene | None:
-        """The scene, or None without a clip or without OpenGL."""
+        """The scene, or None if no clip is open or OpenGL is not available."""
         self._complete()
         return self._scene
 
@@ -68,11 +68,11 @@ class Steering(QWidget):
 
     @property
     def turning(self) -> bool:
-        """True while an animation rotates the camera to a limb."""
+        """True while an animation rotates the camera towards a limb."""
         return self._turn is not None
 
     def set_view(self, name: str) -> None:
-        """Show the figure in one of camera.VIEWS, relative to the direction in which it faces."""
+        """Show one of camera.VIEWS, relative to the direction in which the figure faces."""
         scene = self.scene
         if self.camera is None or scene is None:
             return
@@ -88,14 +88,14 @@ class Steering(QWidget):
         self._schedule()
 
     def show_person(self) -> None:
-        """Show the whole figure of the selected person, or of all people, in the latest named view.
+        """Show the whole figure of the selected person, or of all people, in the last named view.
 
-        If the camera has since been moved or rotated to a limb, this is the view "iso".
+        If the camera has been moved since that view was selected, use the view "iso".
         """
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Rotate the camera so that the roll of the selected chain is best visible.
+        """Rotate the camera to the best view of the roll of the selected chain.
 
         The rotation is animated and takes `milliseconds`. A new call during the animation starts
         from the current direction.
@@ -119,7 +119,7 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """Return True if the selected limb or bone is inside the image and large enough."""
+        """Return True if the selected limb or bone is in the image and large enough to see."""
         chain, camera, scene = pictured_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
@@ -147,11 +147,11 @@ class Steering(QWidget):
     # -- the best view of a limb --------------------------------------------------------------
 
     def _aim(self, scene: Scene) -> Aim | None:
-        """Return the points and the direction to show instead of the limb, or None for the limb."""
+        """Return the points and the direction to show, or None to show the selected limb."""
         return None
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """Return the camera for the result of `_aim` or, if it is None, for the best limb view."""
+        """Return a camera that shows the result of `_aim` or, if that is None, the limb."""
         if (aim := self._aim(scene)) is not None:
             return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
         data, frame = scene.data, self.document.frame
@@ -187,9 +187,9 @@ class Steering(QWidget):
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """Return points (n, 3) on the people to show, in this frame and in the next 0.25 s.
+        """Return points (n, 3) on the people to show, from this frame to 0.25 s later.
 
-        The movement of the root is removed.
+        The movement of each root joint during this time is subtracted.
         """
         data, soup = scene.data, scene.shapes.bodies
         bodies = place(soup, data.rotations[frame], data.positions[frame])
@@ -222,15 +222,15 @@ class Steering(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Let the camera follow a limb from now on; None follows the root."""
+        """Make the camera follow the limb `chain` or, if it is None, the root joints."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
     def _followed(self, scene: Scene) -> Array:
         """Return the point that the camera follows, (3,).
 
-        This is the middle of the followed limb. Without a limb, it is the mean position of the
-        people's root joints, projected to height 0.
+        This is the middle of the followed limb. If no limb is followed, it is the mean position of
+        the people's root joints, projected to height 0.
         """
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:

@@ -53,8 +53,8 @@ class Hands:
     Attributes
     ----------
     way
-        Unit vectors along the arc from the captured to the corrected direction, in the image,
-        (n, 2). The y axis points down.
+        Unit vectors from the hub to points along the arc, in the image, (n, 2). The first is the
+        captured direction and the last the corrected direction. The y axis points down.
     degrees
         The angle to show as text, in degrees.
     """
@@ -64,7 +64,7 @@ class Hands:
 
     @property
     def sense(self) -> float:
-        """The change of the offset, in degrees, for 1° clockwise of the corrected hand: ±1.0."""
+        """The change in the offset, in degrees, if the corrected hand moves 1° clockwise: ±1.0."""
         x, y = self.way[0], self.way[1]
         return math.copysign(1.0, self.degrees * float(x[0] * y[1] - x[1] * y[0]))
 
@@ -94,8 +94,8 @@ def clock_size(picture: tuple[int, int]) -> QSize:
 def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     """Return the hands that show a rotation as seen along its axis.
 
-    The drawing is seen from a direction along the axis. The camera is rotated to this direction by
-    the shortest rotation, so directions in the drawing are similar to directions in the image.
+    The view along the axis is obtained by the shortest rotation of the camera, so directions in the
+    drawing are similar to directions in the image.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class Clock(QWidget):
     grasped
         Signal that is emitted when the user starts to drag the corrected hand.
     turned
-        Signal that is emitted during a drag, with the change of the offset in degrees.
+        Signal that is emitted during a drag, with the change in the offset in degrees.
     hands
         The hands that are drawn, or None.
     """
@@ -162,7 +162,7 @@ class Clock(QWidget):
         self.grasped.emit()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """During a drag, emit the change of the offset as the mouse moves about the hub."""
+        """During a drag, emit the change in the offset as the mouse moves around the hub."""
         if self._grasp is not None:
             (before, sense), now = self._grasp, self._degrees_at(event.position())
             self._grasp = now, sense
@@ -178,7 +178,7 @@ class Clock(QWidget):
         self._grasp = None
 
     def _hub(self) -> QPointF:
-        """Return the hub, which is the pixel about which the hands rotate."""
+        """Return the hub: the pixel around which the hands rotate."""
         middle = QRectF(self.rect()).center()
         if self.hands is None or not self.hands.small:
             return middle

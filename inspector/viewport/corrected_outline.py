@@ -1,4 +1,4 @@
-"""A preview of the correction, drawn into the left image of the figure before correction."""
+"""A preview of the correction in the left image, which shows the figure before correction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _JOINTS, _FINS = 4, 2  # numbers of joints on the line and of fins
 
 
 class CorrectedOutline:
-    """Fins in the corrected directions of a limb's bones, and a line through its joints."""
+    """A preview of a corrected limb: a fin for each bone, and a line through the joints."""
 
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer

@@ -11,7 +11,7 @@ _CELL = 6  # size of a cell in pixels
 
 
 class Crowding:
-    """A grid of cells over an image. Each cell has the sum of the weights of what covers it."""
+    """A grid over an image. Each cell has the total weight of the objects that cover it."""
 
     def __init__(self, width: int, height: int) -> None:
         self._shape = width // _CELL + 1, height // _CELL + 1
@@ -34,7 +34,7 @@ class Crowding:
         self._sums = None
 
     def within(self, low: Array, high: Array) -> Array:
-        """Return the sum of the weights in each box, (n,).
+        """Return the total weight in each box, (n,).
 
         `low` and `high` are the corners of the boxes in pixels, (n, 2) each.
         """

@@ -22,19 +22,19 @@ _STILL = 5e-4  # relative to the figure's height; smaller movements are ignored
 
 
 class Companion(Protocol):
-    """A source of a third figure. The signal `changed` is emitted when the figure has changed."""
+    """A source of a third figure. It emits the signal `changed` when the figure has changed."""
 
     changed: SignalInstance
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return the figure in a frame, or None if there is no figure.
+        """Return the pose of the third figure in a frame, or None if there is no figure.
 
-        The figure is its global rotations (joints, 4) and positions (joints, 3).
+        The pose consists of the global rotations (joints, 4) and positions (joints, 3).
         """
 
 
 class DashedOutline:
-    """A drawing of the third figure where it differs from the solid figure, with dashed edges."""
+    """A dashed outline of those parts of the third figure that differ from the solid figure."""
 
     def __init__(
         self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer
@@ -51,7 +51,7 @@ class DashedOutline:
 
     @property
     def shown(self) -> bool:
-        """True if a part of the third figure is drawn."""
+        """True if any part of the third figure is drawn."""
         return self._piece.shown
 
     def colour(self, theme: Theme) -> None:

@@ -13,7 +13,7 @@ from twistcore.review.model import with_level
 
 
 class Dial(QObject):
-    """The connection of the clock drawing with the selected interval. A drag is one undo step."""
+    """Connects the clock drawing to the selected interval. Each drag is one undo step."""
 
     def __init__(self, document: Document, clock: Clock, parent: QObject) -> None:
         super().__init__(parent)
@@ -31,7 +31,7 @@ class Dial(QObject):
 
     @property
     def _edited(self) -> Judged | None:
-        """The selected interval if it contains the frame and its offset can change, or None."""
+        """The selected interval if its offset can be changed at the current frame, or None."""
         judged, frame = self._document.interval, self._document.frame
         if judged is None or not judged.interval.kind.by_angle:
             return None

@@ -38,7 +38,7 @@ _ALONG = np.linspace(0.0, 1.0, 12)[:, None]  # positions along a bone
 
 
 class Guest(Protocol):
-    """A feature that temporarily chooses the pose of the view and draws into the view."""
+    """A feature that temporarily determines the pose in the view and draws into the view."""
 
     def pose(self, scene: Scene, show: Show) -> Pose:
         """Return the pose to show instead of the captured and the corrected pose."""
@@ -47,7 +47,7 @@ class Guest(Protocol):
         """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw the additions of this feature. Called each time that the view is drawn."""
+        """Draw this feature's additional objects. Called each time the view is drawn."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """Return what the camera should show, or None to show the selected limb.
@@ -56,7 +56,7 @@ class Guest(Protocol):
         """
 
     def leave(self) -> None:
-        """Remove the additions of this feature from the view."""
+        """Remove this feature's additional objects from the view."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Looks:
 
 
 class LoneJoint(Chain):
-    """A chain that stands for a single joint outside all chains, and one of the joint's bones."""
+    """A chain that represents a single joint outside all chains, with one of the joint's bones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +108,7 @@ class AngleSign:
 
     @cached_property
     def points(self) -> Array:
-        """Points on the error, (n, 3). Bones that hide these points are drawn as translucent.
+        """Points that should be visible, (n, 3). Bones that hide them are drawn translucent.
 
         The points are on the wrong bone, along its captured and its corrected front, and on the
         fan.
@@ -222,8 +222,8 @@ class FrameDrawing:
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """Return the pose of the current frame, with the data for the colours of its bones.
 
-        `show` selects the figure before correction, after correction, or both. By default, this is
-        the selection in the document.
+        `show` selects the figure before correction, after correction, or both. By default, use the
+        document's setting.
         """
         document = self._document
         if self.guest is not None:
@@ -323,11 +323,11 @@ class FrameDrawing:
         return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
-        """Return True if the corrections have not changed at the frame since it was drawn."""
+        """Return True if the current frame's corrections have not changed since it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[object, ...]:
-        """Return all values that determine the corrected pose of the frame, to detect changes."""
+        """Return all values that determine the current corrected pose, to detect changes."""
         document = self._document
         if document.data is None:
             return ()
@@ -384,7 +384,10 @@ def _ends(chain: Chain | None) -> tuple[int, ...]:
 
 
 def fault_at(document: Document) -> Interval | None:
-    """Return the selected interval if it contains the frame and has no correction, or None."""
+    """Return the selected interval, or None if it can be corrected.
+
+    The result is also None if the interval does not contain the current frame.
+    """
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -429,7 +432,7 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
     """Return the role of each bone, (bones,): CHOSEN for the bones of `chain`, PLAIN for others.
 
-    If `chain` is a twist bone, the bone that it helps to roll is CHOSEN, too.
+    If `chain` is a twist bone, the bone whose roll it distributes is also CHOSEN.
     """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
@@ -458,15 +461,15 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
 def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
     """Return all bones that a correction may rotate, as (parent, child).
 
-    For a chain, the child's bone is included, because the correction of a carried roll rotates it
-    together with the parent's bone.
+    For a chain, the child's bone is included, because the correction of a carried roll (an error
+    that rotates both bones) rotates it together with the parent's bone.
     """
     turned = _turned_bones(chain, skeleton)
     return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 
 
 def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones that each correction of a chain, limb or twist bone rotates.
+    """Return the bones that every correction of a chain, limb or twist bone rotates.
 
     A bone is a pair of joints, (parent, child).
     """
@@ -478,7 +481,7 @@ def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
-    """Return the |offset| of each bone at the frame in radians, (bones,).
+    """Return the |offset| of each bone at the current frame in radians, (bones,).
 
     A bone may have several offsets: from its chain, from its limb, and from an error of its joint.
     The largest one is returned.

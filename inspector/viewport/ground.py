@@ -38,7 +38,7 @@ class Ground:
 
 
 def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
-    """Return the ground at the height of the lowest joint of a clip.
+    """Return the ground at the height of the lowest joint in a clip.
 
     The disc covers the paths of all `roots` (joint indices) with a margin. `positions` is
     (frames, joints, 3), and `height` is the height of the figure.

@@ -116,10 +116,10 @@ def _of_person(
 def _chest_and_head(
     skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
 ) -> tuple[int, int]:
-    """Return the joints of the chest and the head. Without a head, its index is −1.
+    """Return the joints of the chest and the head. If there is no head, its index is −1.
 
-    The chest is the lowest joint of the hierarchy that is above both arms. `arms` has the first
-    joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
+    The chest is the lowest joint of the hierarchy that is above both arms. `arms` contains the
+    first joint of each arm, and `rise` is the vector from the hips to the shoulders, (frames, 3).
     """
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)
@@ -142,9 +142,9 @@ def _chest_and_head(
 
 
 def _axes(ahead: Array, rise: Array) -> Array:
-    """Return the mean axes across, up and forward as rows, (3, 3).
+    """Return the mean sideways, upward and forward axes as rows, (3, 3).
 
-    `ahead` and `rise` are vectors forward and up in each frame, (frames, 3).
+    `ahead` and `rise` are forward and upward vectors in each frame, (frames, 3).
     """
     up = normalise(normalise(rise).mean(axis=0))
     forward = normalise(ahead).mean(axis=0)
@@ -153,9 +153,9 @@ def _axes(ahead: Array, rise: Array) -> Array:
 
 
 def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -> Front:
-    """Return a head or chest as an ellipsoid that is light in front and dark behind.
+    """Return a head or chest as an ellipsoid that is light at the front and dark at the back.
 
-    `half` has the lengths of the half axes, (3,).
+    `half` contains the lengths of the semi-axes, (3,).
     """
     corners = SPHERE[TRIANGLES]
     middle = normalise(corners.mean(axis=1))

@@ -93,7 +93,7 @@ def legend_text(
     fault
         A text about an error that cannot be corrected, shown instead of the offset.
     chosen
-        True if a limb has the colour of the selection.
+        True if a limb is drawn in the colour of the selection.
     suggested
         True if the corrected image contains undecided corrections.
     """
@@ -135,7 +135,7 @@ def trails_text(apart: float) -> str:
 
 
 def _fault_words(interval: Interval) -> str:
-    """Return the text of the legend for an interval that cannot be corrected."""
+    """Return the legend text for an interval that cannot be corrected."""
     degrees = float(np.degrees(interval.size))
     fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind

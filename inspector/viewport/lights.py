@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def light(renderer: vtkRenderer) -> None:
     """Add a light above and to the left of the camera.
 
-    With software rendering, each additional light adds a sixth to the time for rendering.
+    With software rendering, each additional light adds a sixth to the rendering time.
     """
     lamp = vtkLight()
     lamp.SetLightTypeToCameraLight()

@@ -101,7 +101,7 @@ def helper_circle(
 ) -> Circle | None:
     """Return the circle of a twist bone in a pose, or None if the bone is too short.
 
-    `pose` has the global rotations (joints, 4) and positions (joints, 3), and `height` is the
+    `pose` contains the global rotations (joints, 4) and positions (joints, 3), and `height` is the
     height of the figure. The vector `aside` of the circle rotates with the twist bone.
     """
     rotations, positions = pose

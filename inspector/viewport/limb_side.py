@@ -1,4 +1,4 @@
-"""Find the direction from which the error of a limb is best visible, and the points to show."""
+"""Find the best direction for viewing the error of a limb, and the points to show."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class LimbSide:
 def limb_joints(chain: Chain, positions: Array) -> Array:
     """Return the positions of the joints of a chain or limb, (n, 3) with n = 2 or 3.
 
-    `positions` has the positions of all joints, (joints, 3).
+    `positions` contains the positions of all joints, (joints, 3).
     """
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     return positions[joints]
@@ -183,7 +183,9 @@ def _fan(circle: Circle, after: Array) -> Array:
 def _first_moved(
     chain: Chain, skeleton: Skeleton, before: Array, after: Array, height: float
 ) -> tuple[Array, Array]:
-    """Find the first joints, from the parent of a chain down, that the correction moves.
+    """Find the joints closest to the parent of a chain that the correction moves.
+
+    The search goes down from the parent and ends, on each branch, at the first joint that moves.
 
     Parameters
     ----------

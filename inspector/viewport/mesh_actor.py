@@ -17,7 +17,7 @@ Index = NDArray[np.int64]
 
 
 class Piece:
-    """A mesh of moving vertices, with constant faces, (n, 3) or (n, 4), or constant lines, (n, 2).
+    """A mesh with moving vertices. Its faces, (n, 3) or (n, 4), or lines, (n, 2), are constant.
 
     `channels` is the number of channels of the vertex colours, 3 or 4. If it is 0, the whole mesh
     has a single colour, which `tint` sets.

@@ -16,7 +16,7 @@ _STEP = 1.15  # zoom factor per notch of the wheel
 
 
 class Navigation(QObject):
-    """An event filter that moves the camera and reports clicks and movements of the mouse."""
+    """An event filter that moves the camera and reports mouse clicks and movements."""
 
     steered = Signal(object)  # with a function that takes and returns an OrbitCamera
     clicked = Signal(QPointF)

@@ -59,7 +59,7 @@ def is_software() -> bool:
 def multisamples() -> int:
     """Return the number of samples per pixel for antialiasing.
 
-    It is 0 in software, 8 on a strong graphics card, and 4 on other cards.
+    It is 0 with software rendering, 8 on a strong graphics card, and 4 on other cards.
     """
     if is_software():
         return 0

@@ -1,4 +1,4 @@
-"""The widgets over the 3D view: legend, notice, labels, colour scale, small drawings, divider."""
+"""The widgets over the 3D view: legend, notice, labels, colour scale, drawings and divider."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Overlays:
         Parameters
         ----------
         drawing
-            True if a figure is drawn. Without a figure, only the notice is visible.
+            True if a figure is drawn. If it is False, only the notice is visible.
         by_offset
             True to show the colour scale of |offset|.
         split
@@ -121,7 +121,7 @@ class Overlays:
         Parameters
         ----------
         text
-            The angle with its unit; an empty text hides the label.
+            The angle with its unit; an empty string hides the label.
         bone
             The ends of the bone in pixels, (2, 2).
         thick
@@ -146,7 +146,7 @@ class Overlays:
     def show_sides(
         self, places: Mapping[str, Array], crowding: Crowding, *, wrong: bool = False
     ) -> None:
-        """Show the letters of the body's sides, such as L and R, in the left image.
+        """Show letters that mark the sides of the body, such as L and R, in the left image.
 
         Parameters
         ----------
@@ -174,7 +174,7 @@ class Overlays:
     def _clear_place(
         self, first: Array, size: QSize, crowding: Crowding, *, around: Array
     ) -> QRect:
-        """Return a rectangle for a label, near its preferred place, in which it covers little.
+        """Return a rectangle for a label, near its preferred position, where it covers little.
 
         Parameters
         ----------

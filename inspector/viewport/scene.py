@@ -117,7 +117,7 @@ class Scene:
             self._restore()
 
     def take_chains(self, data: Analysed) -> None:
-        """Rebuild the figures after the user has changed the chains. `data` has the new chains."""
+        """Rebuild the figures after the user has changed the chains, which `data` contains."""
         self.data = data
         self._undress()
         self._dress(self.style)
@@ -126,7 +126,7 @@ class Scene:
     def set_split(self, on: bool) -> None:
         """Set whether the figure before and after correction is shown in two images or in one.
 
-        Two images have the same camera.
+        Both images share one camera.
         """
         if on == self.split:
             return
@@ -236,7 +236,7 @@ class Scene:
     def draw_corrected(
         self, chain: Chain | None, before: Pose, after: Pose, camera: OrbitCamera
     ) -> None:
-        """Draw a preview of the correction of a chain in the left image, if there are two images.
+        """Draw a preview of a chain's correction in the left image, if there are two images.
 
         Parameters
         ----------
@@ -269,7 +269,7 @@ class Scene:
 
     @property
     def roots(self) -> list[int]:
-        """The index of the root joint of each person."""
+        """The root joint index of each person."""
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:

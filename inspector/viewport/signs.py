@@ -1,4 +1,4 @@
-"""Place the signs in the left image: angle or clock, letters for the sides, and whole figure."""
+"""Place the signs in the left image: angle or clock, side letters, and whole figure."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def show_signs(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> None:
-    """Show the angle, the letters of the sides and the whole figure for the last drawn pose.
+    """Show the angle, the side letters and the whole figure for the last drawn pose.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _add_body(
 ) -> None:
     """Add the bones, heads and chests of a pose to the crowded parts of an image.
 
-    Coloured bones are added with more pixels, so that labels preferably cover plain bones.
+    More pixels are added for coloured bones, so that labels preferably cover plain bones.
     """
     ends = scene.ends(pose)
     coloured = np.zeros(len(ends), dtype=bool)
@@ -118,7 +118,7 @@ def _rod_pixels(
     size
         The width and height of the image in pixels.
     along, across
-        The numbers of pixels along and across each rod.
+        The number of pixels along and across each rod.
     """
     shares = np.linspace(0.0, 1.0, along)[:, None]
     points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
@@ -171,7 +171,7 @@ def _letters(
     thick
         The radius of a limb in pixels at a distance of 1 from the camera.
     spoke
-        The pixels at the centre and at the edge of the fan, (2, 2), or (0, 2) without a fan.
+        The pixels at the centre and at the edge of the fan, (2, 2), or (0, 2) if there is no fan.
     """
     joints = dict(drawing.sides())  # the selected limb is the last entry
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)

@@ -84,7 +84,7 @@ class Pose:
 
 
 class Shapes:
-    """The shapes of the bodies of a clip in one style, which all figures share.
+    """The shapes of a clip's bodies in one style. All figures share them.
 
     Attributes
     ----------
@@ -153,14 +153,14 @@ class Shapes:
     def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
         """Return a mask of the bones that are rotated between two poses, (bones,).
 
-        The mask does not include a bone if only the joint at its end twists its skin. `before` and
-        `after` are the global rotations of the joints, (joints, 4).
+        A bone is excluded if its skin is twisted only by the joint at its end. `before` and `after`
+        are the global rotations of the joints, (joints, 4).
         """
         found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask of the vertices of the given bodies and of the spheres at their ends.
+        """Return a mask of the vertices that belong to given bodies or the spheres at their ends.
 
         Parameters
         ----------
@@ -248,8 +248,8 @@ class Solid(_Figure):
     def draw(self, pose: Pose, like: Solid | None = None) -> None:
         """Draw a pose.
 
-        `like` is a solid figure of the same shapes in a different image. If it shows the same pose,
-        its vertices are reused.
+        `like` is a solid figure with the same shapes in a different image. If it shows the same
+        pose, its vertices are reused.
         """
         if like is not None and like._pose is not None and pose.is_at(like._pose):
             self._places = like._places

@@ -69,8 +69,8 @@ class Skin:
     """Tubes and fins for some bones of a figure.
 
     In the shapes below, B is the number of bones with skin. The tube of a bone has K rings of M
-    vertices, and the fin of a bone has F vertices. The V vertices are first the vertices of all
-    tubes, in the order (B, K, M), and then the vertices of all fins, in the order (B, F).
+    vertices, and the fin of a bone has F vertices. The V vertices consist of all tube vertices, in
+    the order (B, K, M), followed by all fin vertices, in the order (B, F).
 
     Attributes
     ----------
@@ -232,7 +232,7 @@ def drape(
 
 
 def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
-    """Return the vertices of the fins of the bones that begin at given joints, in world space.
+    """Return the fin vertices of the bones that begin at given joints, in world space.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ _NEARER = 0.004  # relative to the distance from the eye
 def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
     """Return the joints of the hands and feet, (n,).
 
-    If there are no known limbs, return the last joints of the hierarchy.
+    If no limbs are known, return the leaf joints of the skeleton.
     """
     found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
     if not found:
@@ -34,7 +34,7 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The trails as fading lines: broad before correction and, on top, thin after correction."""
+    """The trails as fading lines: a broad one before correction, a thin one after it on top."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
         """Create the lines.
@@ -90,8 +90,8 @@ class Trails:
     def _around(self, frame: int) -> tuple[Array, Array]:
         """Return the trails before and after correction, (stops, joints, 3) each.
 
-        A stop is one of the frames around `frame`. Outside the clip, its first or last frame is
-        repeated. The trails of several seconds are computed together and cached for playback.
+        A stop is one of the frames around `frame`. For stops outside the clip, its first or last
+        frame is repeated. Several seconds are computed together and cached for playback.
         """
         frames = self._document.frames
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)

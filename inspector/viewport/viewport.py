@@ -139,9 +139,9 @@ class Viewport(Steering):
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest choose the pose of the view and draw into it. None removes the guest.
+        """Let a feature determine the pose in the view and draw into the view.
 
-        A previous guest is removed.
+        A previous guest is removed. None only removes it.
         """
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
@@ -172,7 +172,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Schedule a repaint by Qt. The method `update` of pyvista would render immediately."""
+        """Schedule a repaint by Qt. The `update` method of pyvista would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -186,7 +186,7 @@ class Viewport(Steering):
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     def has_painted_interval(self) -> bool:
-        """Return True if the selected interval is on the screen, or if the view is hidden."""
+        """Return True if the selected interval has been painted, or if the view is hidden."""
         if self.view is None or self.view.visibleRegion().isEmpty():
             return True
         return self.document.interval_id in (None, self._painted)
@@ -224,7 +224,7 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """Build the figure of the open clip or, if the figure exists, its camera.
+        """Build the figure of the open clip. If the figure is already built, create the camera.
 
         The timer calls this method twice, so the window can respond between the two steps.
         """
@@ -301,7 +301,7 @@ class Viewport(Steering):
         self.view.setGeometry(self.rect())
 
     def _describe(self) -> None:
-        """Set the text of the legend as the description of the view for screen readers."""
+        """Use the legend text as the view's description for screen readers."""
         if self.view is not None:
             self.view.setAccessibleDescription(plain_text(self.overlays.legend.text()))
 
@@ -319,7 +319,7 @@ class Viewport(Steering):
     def sizeHint(self) -> QSize:
         """Return the preferred size of VTK's widget as the preferred size of the view.
 
-        The view has no layout that could compute this size, because every change of a label would
+        The view has no layout that could compute this size, because every change to a label would
         then lay out the whole window.
         """
         return super().sizeHint() if self.view is None else _HINT

@@ -172,7 +172,7 @@ class WholeFigure(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the figure, its selected and wrong bones in colour, and the letters of the sides."""
+        """Draw the figure, with its selected and wrong bones in colour, and the side letters."""
         if self._miniature is None:
             return
         drawn, theme, painter = self._miniature, self._theme, QPainter(self)

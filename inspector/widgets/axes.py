@@ -32,9 +32,9 @@ def from_root_scale(value: float) -> float:
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Return as many of the positions as possible that are at least `room` apart.
+    """Return as many of the given positions as possible with gaps of at least `room`.
 
-    `places` has the positions in ascending order.
+    `places` contains the positions in ascending order.
     """
     chosen = [-math.inf]
     for at in places:
@@ -55,7 +55,7 @@ class Axis(pg.AxisItem):
     text_height = TEXT_HEIGHT
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Ignore the click, so that the plot gets it."""
+        """Ignore the click, so that the plot receives it."""
         event.ignore()
 
 
@@ -65,7 +65,7 @@ class UnitAxis(Axis):
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick positions, except those with a label that would be cut off at an end."""
+        """Return the tick positions, except those whose labels would be cut off at an end."""
         room = self.text_height / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -90,7 +90,7 @@ class RootAxis(Axis):
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Hide the number at a position on this scale where the plot draws a different label."""
+        """Hide the number at `place`, a position on this scale where the plot draws a label."""
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
             self.picture = None  # the axis is drawn again at the next repaint

@@ -16,9 +16,9 @@ from twistcore.work.progress import Cancelled, Tell
 class _Post(QObject):
     """An object that executes calls from background threads in the GUI thread.
 
-    This object exists longer than any task. A signal of the task itself would not be safe: when the
-    GUI thread has received the result, it could delete the task while the background thread is
-    still emitting the signal.
+    This object outlives all tasks. A signal of the task itself would not be safe: when the GUI
+    thread has received the result, it could delete the task while the background thread is still
+    emitting the signal.
     """
 
     said = Signal(object)
@@ -35,7 +35,7 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """A call of `work(tell)` in a background thread.
+    """A task that calls `work(tell)` in a background thread.
 
     When the work is done, `finished` is emitted with the result. If the work raises an exception,
     `failed` is emitted with the exception. To report progress, the work calls `tell(share)`, which
@@ -81,7 +81,7 @@ class Task(QObject):
     def run(self) -> Callable[[], None]:
         """Do the work in the current thread, and return a function that delivers the result.
 
-        The GUI thread must call this function.
+        The returned function must be called in the GUI thread.
         """
         try:
             return partial(self._deliver, self._work(self.tell), None)
@@ -156,5 +156,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for all running tasks, and return False if any of them is not done in this time."""
+    """Wait for all running tasks. Return False if any of them is still running after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -39,7 +39,7 @@ def hbox(
     Parameters
     ----------
     parts
-        The parts: widgets, layouts, texts and spaces, as in `Part`.
+        The parts: widgets, layouts, strings and spaces, as in `Part`.
     owner
         The widget in which the layout is installed, or None.
     margins, spacing
@@ -156,7 +156,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """Return a scroll area that resizes its content to fit, but not below the content's minimum."""
+    """Return a scroll area whose content fills it, but is never smaller than its minimum size."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)

@@ -85,7 +85,7 @@ class Canvas(pg.GraphicsView):
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Request a repaint of the plot, which takes place together with the window's repaint."""
+        """Request a repaint of the plot. Qt paints it together with the rest of the window."""
         self.viewport().update()
 
 

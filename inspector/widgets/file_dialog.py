@@ -21,7 +21,11 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Let the user choose one or more existing files, and call `then` with their paths."""
+    """Let the user choose an existing file or several files, and call `then` with their paths.
+
+    `pattern` is the file filter, such as '*.json', and `folder` is the initial folder. If
+    `several` is True, the user can choose more than one file.
+    """
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:

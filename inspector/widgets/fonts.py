@@ -1,6 +1,6 @@
 """The fonts that the program uses, so that columns of numbers look the same on all systems.
 
-They are part of matplotlib, which the program also uses for other purposes.
+The fonts are part of matplotlib, which the program also uses for other purposes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def font_folder() -> Path | None:
 
 @cache
 def shipped_families() -> frozenset[str]:
-    """Return the family names of matplotlib's fonts. The first call loads the fonts into Qt (5 ms).
+    """Return the family names of matplotlib's fonts. The first call loads them into Qt (5 ms).
 
     Some Linux distributions store these fonts in a different folder. In this case, the set is
     empty, and the program uses the system's fonts.
@@ -46,7 +46,7 @@ def shipped_families() -> frozenset[str]:
 
 
 def use_shipped_fonts() -> None:
-    """Use matplotlib's fonts for all texts, so that screenshots look the same on all systems."""
+    """Use matplotlib's fonts for all text, so that screenshots look the same on all systems."""
     assert SANS in shipped_families(), "matplotlib's fonts are missing"
     font = QFont(QApplication.font())
     font.setFamilies([SANS])

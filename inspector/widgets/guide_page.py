@@ -164,7 +164,7 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Update the lines of the tables after a change of the theme."""
+        """Update the table lines after a theme change."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()
@@ -204,9 +204,9 @@ class Pages(MarkdownPage):
         return [name for _, name in sorted(found)]
 
     def go_to_page_with(self, words: str) -> None:
-        """Show the next page that contains a phrase.
+        """Show the next page that contains a phrase, or the first one after the last.
 
-        After the last page, this is the first one. If a heading contains the phrase, move to it.
+        If a heading on the page contains the phrase, move to the heading.
         """
         names, now = self.pages_with(words), self.source().fileName()
         if not names:
@@ -221,7 +221,7 @@ class Pages(MarkdownPage):
             block = block.next()
 
     def _follow(self, url: QUrl) -> None:
-        """Open a link: a page, at its top or at a heading, or a web address in the web browser."""
+        """Open a link to a page or to a heading, or open a web address in the web browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return

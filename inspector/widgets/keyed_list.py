@@ -1,4 +1,4 @@
-"""A list with two columns: texts and their keyboard shortcuts."""
+"""A list with two columns: labels and their keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _PAD = 8  # pixels between a shortcut and its neighbours
 
 
 class KeyedList(QListWidget):
-    """A list of texts and their keyboard shortcuts.
+    """A list of labels and their keyboard shortcuts.
 
-    If `keys_first` is True, the shortcuts are to the left of the texts. If not, they are at the
-    right edge.
+    If `keys_first` is True, the shortcuts are to the left of the labels. If it is False, they are
+    at the right edge.
     """
 
     def __init__(self, *, keys_first: bool) -> None:
@@ -33,7 +33,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """Add a row with a text and its shortcut. `data` is stored in the row's UserRole."""
+        """Add a row with a label and its shortcut. `data` is stored in the row's UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:
@@ -48,7 +48,7 @@ class _KeyedRows(QStyledItemDelegate):
         self._owner = owner
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint the background of the row, then the text and the shortcut in their columns."""
+        """Paint the background of the row, then the label and the shortcut in their columns."""
         option = QStyleOptionViewItem(option)
         self.initStyleOption(option, index)
         words, option.text = option.text, ""

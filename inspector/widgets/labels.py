@@ -46,13 +46,13 @@ class SteadyLabel(QLabel):
         return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
-        """Show a text, and grow if it needs more space."""
+        """Show the given text, growing if it needs more space."""
         if text != self.text():
             super().setText(text)
             self._grow()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Recompute the size after a change of the font."""
+        """Recompute the size after a font change."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self.setMinimumSize(0, 0)  # allow the size hint to become smaller
@@ -96,7 +96,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text with the given colour, '#rrggbb'."""
+    """Return the text as rich text in the given colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
@@ -109,7 +109,7 @@ class Caption(QWidget):
     """A paragraph of rich text that reserves the height of its longest text so far.
 
     The class positions its inner label without a layout, so a new text does not request a new
-    layout. A short caption shows one line of plain text and has the whole text in its tool tip.
+    layout. A short caption shows one line of plain text, and its tool tip shows the whole text.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -126,13 +126,13 @@ class Caption(QWidget):
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Show rich text."""
+        """Show the given rich text."""
         if text != self._text:
             self._text = text
             self._fit(self.height())
 
     def set_plain(self, text: str) -> None:
-        """Show plain text. Markup characters in it are escaped."""
+        """Show the given plain text. Markup characters in the text are escaped."""
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
@@ -151,7 +151,7 @@ class Caption(QWidget):
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the text into lines again for the new width."""
+        """Rewrap the text for the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 
@@ -241,7 +241,7 @@ class ElidedLine(QWidget):
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Show a text."""
+        """Show the given text."""
         if text != self._text:
             self._text = text
             self.update()

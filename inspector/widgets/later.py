@@ -37,7 +37,7 @@ class Latest(QObject):
 
 
 class RedrawRequests(QObject):
-    """A collector of requests to redraw a view, which emits `due` once for all of them.
+    """A collector of redraw requests for a view. It emits `due` once for all requests.
 
     The signal is queued. It arrives after the change and before Qt's next repaint, so that tables,
     plots and the 3D view are painted together. The view calls `take` when it draws.
@@ -52,18 +52,18 @@ class RedrawRequests(QObject):
         self._requested.connect(self.due, Qt.ConnectionType.QueuedConnection)
 
     def mark(self, *_: object) -> None:
-        """Request that the view redraws what has changed."""
+        """Request a redraw of the parts of the view that have changed."""
         if not self.pending:
             self.pending = True
             self._requested.emit()
 
     def mark_all(self, *_: object) -> None:
-        """Request that the view redraws everything, not only what has changed."""
+        """Request a redraw of the whole view, not only of the parts that have changed."""
         self._all = True
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Return whether to redraw anything and whether to redraw everything, and reset both."""
+        """Return whether to redraw anything, and whether to redraw everything. Reset both flags."""
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken

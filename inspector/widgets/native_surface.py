@@ -45,7 +45,7 @@ class _Along(QObject):
 
 
 class _Uncovered(QObject):
-    """An event filter that copies the window to the screen again after it was covered.
+    """An event filter that copies the window to the screen again after something covered it.
 
     Without a compositor, the covered parts of a window are not stored. Qt does not restore them in
     a window with an OpenGL view, because it expects OpenGL to compose that window. Without this

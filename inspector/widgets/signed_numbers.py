@@ -38,11 +38,11 @@ class SignedBox(QDoubleSpinBox):
     """A number field that shows a typographic minus sign and also accepts a hyphen."""
 
     def textFromValue(self, value: float) -> str:
-        """Return the text for a value."""
+        """Return the text that the field shows for a value."""
         return plain(value, self.decimals())
 
     def valueFromText(self, text: str) -> float:
-        """Return the value of a text that the user has typed."""
+        """Convert the text that the user has typed to a number."""
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:

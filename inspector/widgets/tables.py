@@ -66,7 +66,7 @@ class TableRow:
     secondary
         Secondary text after the text of the first column. A SecondaryTextDelegate draws it.
     spoken
-        Texts for screen readers, keyed by column, for cells that show symbols or bars or no text.
+        The screen-reader text of cells that show symbols, bars or no text, keyed by column.
     left
         The columns that are aligned to the left in this row, even if the model aligns them to the
         right.
@@ -139,7 +139,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._colours.theme
 
     def redraw(self) -> None:
-        """Redraw all rows, for example after a change of the theme or of the frame numbers."""
+        """Redraw all rows, for example after the theme or the frame numbering has changed."""
         self._rows.clear()
         if self.things:
             self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
@@ -246,7 +246,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return None
 
     def spoken(self, row: int, column: int) -> str:
-        """Return the text of a cell for screen readers."""
+        """Return the screen-reader text of a cell."""
         shown = self.row(row)
         secondary = shown.secondary if column == 0 else ""
         return shown.spoken.get(column) or ", ".join(filter(None, (shown.texts[column], secondary)))
@@ -332,9 +332,9 @@ class RowTable(QTableView):
 
 
 class _Heading(QHeaderView):
-    """A header that reserves space for the sort indicator next to right-aligned texts.
+    """A header that reserves space for the sort indicator next to right-aligned headings.
 
-    By default, Qt draws the indicator over these texts.
+    By default, Qt draws the indicator over these headings.
     """
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
@@ -342,7 +342,7 @@ class _Heading(QHeaderView):
         self.setSectionsClickable(True)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
-        """Add space for the sort indicator after a right-aligned text."""
+        """Add space for the sort indicator after a right-aligned heading."""
         super().initStyleOptionForIndex(option, section)
         marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
         if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
@@ -388,7 +388,7 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class SecondaryTextDelegate(RowDelegate):
-    """A delegate that draws a secondary text, if it fits, after the text of the first column."""
+    """A delegate that draws secondary text, if it fits, after the text of the first column."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw the cell and, if the row has one, its secondary text."""

@@ -45,7 +45,7 @@ class Theme:
 
     @property
     def faint(self) -> str:
-        """The colour of disabled texts and icons."""
+        """The colour of disabled text and icons."""
         return mixed(self.soft, self.window, 150).name()
 
 

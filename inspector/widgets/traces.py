@@ -30,7 +30,7 @@ class Trace:
     role
         The name of the curve's colour in the theme.
     dots
-        True to draw the points also as dots, because a line does not show isolated points.
+        True to also draw the points as dots, because a line does not show isolated points.
     """
 
     x: Array

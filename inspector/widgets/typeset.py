@@ -119,8 +119,8 @@ class Typesetter(QObject):
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices and path codes of each formula, keyed by its TeX. Thread-safe.
 
-    In these outlines, y points up. Texts that are not valid TeX, too long or nested too deeply are
-    omitted.
+    In these outlines, y points up. Strings that are not valid TeX, too long or nested too deeply
+    are omitted.
     """
     out = {}
     with _one_at_a_time:
@@ -138,7 +138,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert an outline of matplotlib, with y up, to a path of Qt, with y down."""
+    """Convert a matplotlib outline, with y pointing up, to a Qt path, with y pointing down."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

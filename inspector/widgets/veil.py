@@ -15,8 +15,8 @@ _FOLLOWED = (QEvent.Type.Resize, QEvent.Type.Enter, QEvent.Type.Leave)
 class Veil(QWidget):
     """A cover over a widget. It ignores the mouse, and is hidden while the mouse is over it.
 
-    While the cover is hidden, it takes no time. While it is visible, Qt paints it only where the
-    widget below is painted.
+    A hidden cover takes no time to paint. A visible cover is painted by Qt only where the widget
+    below is painted.
     """
 
     def __init__(self, covered: QWidget, colours: Colours) -> None:

@@ -1,4 +1,4 @@
-"""The pane for the strength that is compared with τ. A limb's strength is its swivel's jumps."""
+"""The pane for the strength that is compared with τ: for a limb, the jumps of its swivel."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _soft_size(curves: Curves) -> Array:
-    """Return |δ| in degrees in the intervals of soft errors, and NaN in other frames, (frames,).
+    """Return the offset |δ| of soft errors in degrees, with NaN in all other frames, (frames,).
 
     A soft error begins and ends gradually, without a jump. Its strength, which is compared with τ,
     is the maximum of |δ|.
