@@ -69,7 +69,8 @@ class ClipOpener(QObject):
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Call `then` as soon as the detector `method` has analysed the clip.
 
-        If that analysis does not exist yet, start it in the background.
+        If the clip has not been analysed with this detector yet, start the analysis in the
+        background.
         """
         if clip.kept(method) is not None:
             then()

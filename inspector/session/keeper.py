@@ -1,6 +1,6 @@
 """Protect the review of the open clip with a session file, a journal and a lock.
 
-Journals that earlier runs left behind are found here, and are restored or deleted.
+This module also finds the journals of earlier runs, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Keeper(QObject):
     # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Begin to protect the review of another clip, and look for journals of earlier runs."""
+        """Start protecting the review of a newly opened clip, and find journals of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -213,7 +213,7 @@ class Keeper(QObject):
     def save(self, path: Path | None = None) -> tuple[bool, str]:
         """Write the session file to `path` or, by default, to its usual path.
 
-        Returns True on success or False, and a sentence to show.
+        Returns a tuple: True on success or False on failure, and a sentence to show.
         """
         kept = self._kept
         if kept is None:

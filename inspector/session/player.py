@@ -75,12 +75,12 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval and half a second on either side; False stops this."""
+        """Start or stop looping over the selected interval, plus half a second on each side."""
         self.looping = on
         self._begin()
 
     def span(self) -> tuple[int, int]:
-        """Return the frames [first, stop) to play, of the loop or of the whole clip."""
+        """Return the frames [first, stop) to play: the loop or, without a loop, the whole clip."""
         frames = self._document.frames
         judged = self._document.interval
         if not self.looping or judged is None or self._document.data is None:

@@ -1,4 +1,4 @@
-"""Questions to the user about an earlier review, the lock, the journal and the file of a clip."""
+"""Ask the user about a clip's earlier review, its lock, its journals and changes to its file."""
 
 from __future__ import annotations
 

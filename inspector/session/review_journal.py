@@ -114,7 +114,7 @@ class ReviewJournal(QObject):
         self._begin(kept.review.state)
 
     def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
-        """Continue a recovered review in its journal or, if `fresh` is True, in a new one."""
+        """Continue a recovered review in its own journal or, if `fresh` is True, in a new one."""
         self.give_up()  # the open review had no steps
         self._open.review = recovered.review
         if fresh:
