@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, one performs a whole review."""
+"""Scripts that operate the window: one takes a screenshot, the other performs a whole review."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _GIVE_UP_MS = 120_000
 class Script(QObject):
     """A script that opens a file and then operates the window in steps.
 
-    Between the steps, the window has time to redraw. After the last step, the window is closed. A
-    question or a dialog is an error, because no user can answer it.
+    The window can redraw between the steps, and is closed after the last step. If a question or a
+    dialog appears, the script fails, because there is no user to answer.
 
     Attributes
     ----------

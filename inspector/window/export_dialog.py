@@ -125,7 +125,7 @@ class ExportDialog(WriteDialog):
 
     @property
     def looking(self) -> bool:
-        """True while existing files at the target path are being read."""
+        """True while the dialog reads existing files at the target path."""
         return self._look.running
 
     def when_checked(self, then: Callable[[], object]) -> None:
@@ -169,7 +169,7 @@ class ExportDialog(WriteDialog):
         self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
-        """Return the options that the user has chosen."""
+        """Return the chosen export options."""
         return ExportChoice(
             self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),

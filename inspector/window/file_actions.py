@@ -40,7 +40,7 @@ _CHAINS = 160  # height in pixels of the list of chains below the list of clips
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """The actions that open, save and export files, and that list folders and recent files.
+    """The actions that open, save and export files, analyse folders, and list recent files.
 
     `begin` is a function that goes to the first undecided interval.
     """
@@ -186,7 +186,7 @@ class FileActions(Saving):
     def _open_worst(self, path: Path) -> None:
         """Open the worst clip of the folder.
 
-        If other clips are still being analysed, show that this clip is the worst so far.
+        If other clips are still being analysed, show a message that this clip is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -382,7 +382,7 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """Return True if the user is busy or has changed the review since the state `since`.
+        """Return True if the user is busy, or if the review is no longer in the state `since`.
 
         In that case, no other clip may be opened automatically.
         """

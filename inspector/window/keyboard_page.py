@@ -1,4 +1,4 @@
-"""The list of keyboard shortcuts and mouse gestures, for a window and for docs/shortcuts.md."""
+"""The list of keyboard shortcuts and mouse gestures, as a window and for docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ _MOUSE = (
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     """Return a table of keyboard shortcuts and mouse gestures as Markdown.
 
-    `wanted` are search words. A row is listed only if its keys, menu and description contain all
-    of them.
+    `wanted` contains search words. A row is included only if its keys, menu and description
+    together contain all of these words.
     """
     words = wanted.lower().split()
 

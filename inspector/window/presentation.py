@@ -100,7 +100,10 @@ class Presentation:
             bring_to_front(self._docks["teaching" if now["teaching"] else "intervals"])
 
     def set_full_screen(self, on: bool) -> None:
-        """Turn full screen on or off. A window that was maximised before is maximised again."""
+        """Turn full screen on or off.
+
+        When full screen ends, a window that was maximised before is maximised again.
+        """
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 

@@ -23,7 +23,7 @@ _AUTOSAVE_MS = 60_000  # time after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves the decisions of a review, without a modal dialog unless the window closes.
+    """Saves the decisions of a review. Modal dialogs are shown only when the window closes.
 
     Decisions that are not saved stay in the journal. `tell_saved` is called when the session is on
     disk.
@@ -130,7 +130,7 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """Return True if the review is saved or is never saved, as in a lesson."""
+        """Return True if the review is saved or, as in a lesson, does not need to be saved."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
@@ -163,7 +163,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show an error message when the next clip is open, because opening clears messages."""
+        """Show an error message after the next clip has opened, because opening clears messages."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -221,7 +221,7 @@ class Saving:
         return answer == button.Discard
 
     def _closes_without_handing_in(self, text: str) -> bool:
-        """Ask whether to hand in the decisions to a class. Return True to close now.
+        """Ask whether to hand in the decisions to a class. Return True to close the window now.
 
         If the user chooses to hand in, the window closes afterwards.
         """
