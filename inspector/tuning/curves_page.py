@@ -1,4 +1,4 @@
-"""The page about the selected chain: a histogram of its strength, and the cost of τ."""
+"""The page about the selected chain, with a histogram of its strength and the cost of τ."""
 
 from __future__ import annotations
 
@@ -256,7 +256,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return a coloured text as rich text, without line breaks and followed by a gap."""
+    """Return coloured, non-breaking rich text, followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

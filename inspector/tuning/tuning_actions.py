@@ -116,7 +116,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Ask for one or two profiles, and compare them."""
+        """Let the user choose one or two profile files, and compare the profiles."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
@@ -152,14 +152,14 @@ class TuningActions:
     # -- frames left out of tuning -----------------------------------------------------------
 
     def leave_out_interval(self) -> None:
-        """Leave the frames of the selected interval out of tuning."""
+        """Exclude the frames of the selected interval from tuning."""
         if (judged := self.document.interval) is None:
             self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the frames between `ends` out of tuning, unless this is the whole clip.
+        """Exclude the frames between `ends` from tuning, unless this is the whole clip.
 
         `ends` are the first and the last frame that the plots show.
         """
@@ -173,9 +173,9 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave the frames [start, stop) out of tuning, in one undo step.
+        """Exclude the frames [start, stop) from tuning, in one undo step.
 
-        The session stores the frames that are left out.
+        The excluded frames are stored in the session.
         """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
@@ -188,7 +188,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Use all frames for tuning again, except blends at the ends of the clip."""
+        """Include all frames in tuning again, except blends at the ends of the clip."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
             self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 
