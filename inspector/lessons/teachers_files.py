@@ -27,7 +27,7 @@ class TeachersFiles(QObject):
     Parameters
     ----------
     aside
-        The user's own clip during an exercise.
+        The object that sets the user's own clip aside during an exercise.
     clips
         The sample clips, one of which is used if no clip is open.
     kind
