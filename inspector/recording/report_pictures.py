@@ -31,7 +31,7 @@ _QUALITY = 84  # JPEG quality; a picture has about 10 kB
 
 
 class OffscreenRenderer:
-    """Draws one figure after the other in an off-screen window."""
+    """Draws figures one after another in an off-screen window."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]
