@@ -87,7 +87,10 @@ def in_language(page: Path) -> Path:
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return (template, translation) pairs for the sentences of twistcore, empty in English."""
+    """Return (template, translation) pairs for the sentences of twistcore.
+
+    The list is empty if the current language is English.
+    """
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
