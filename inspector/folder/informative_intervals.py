@@ -80,7 +80,7 @@ class InformativeIntervals(QObject):
         return sum(one.verdict is not None for one in self.ordered)
 
     def look(self) -> None:
-        """Find the next correction to judge in the background, then emit `found` with it."""
+        """In the background, find the next correction to judge, and emit `found` with it."""
         self._asked = True
         self._start()
 

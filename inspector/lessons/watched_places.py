@@ -47,8 +47,8 @@ PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
 class Dimming:
     """Dims the parts of the window that the user need not watch.
 
-    The widgets of all places are found only when the first place is watched, because this builds
-    panels.
+    The widgets of all places are looked up only when the first place is watched, because the lookup
+    builds panels.
     """
 
     def __init__(self, window: HostWindow) -> None:

@@ -149,7 +149,7 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """The names of everything that can be tracked: the joints, then the figure's position."""
+        """The names of all trackable rows: the joints, then the figure's position."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

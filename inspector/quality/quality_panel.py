@@ -35,7 +35,7 @@ _REST_MS = 400  # pause of the playhead after which screen readers get the numbe
 
 
 class QualityPanel(QWidget):
-    """The panel of the quality tab: the measures of all joints, and a page to track joints."""
+    """The panel of the quality tab, with quality measures of all joints and a tracking page."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction], tracked: Tracked

@@ -324,7 +324,7 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a new number to identify a drag with the mouse.
+        """Return a new number that identifies a mouse drag.
 
         All commands with the same drag number are undone in one step.
         """
@@ -398,12 +398,14 @@ class Document(OpenClip):
         return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ (radians) of a chain and detect again. By default, use the selected chain."""
+        """Set a chain's threshold τ in radians, and detect again. By default, use the selected
+        chain.
+        """
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ (radians) of several chains, keyed by chain name, and detect again.
+        """Set the thresholds τ (radians) of several chains, keyed by chain name, and detect again.
 
         The change is one step that can be undone.
         """
@@ -463,7 +465,7 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector with its automatic τ. All decisions stay the same."""
+        """Switch to a different detector and its automatic τ. All decisions stay the same."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 

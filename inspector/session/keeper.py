@@ -153,7 +153,7 @@ class Keeper(QObject):
         return sorted(found, key=lambda left: modified_ns(left.path), reverse=True)
 
     def end(self) -> None:
-        """Stop protecting the clip. Delete its journal only if all of its steps are saved."""
+        """Stop protecting the clip. Delete its journal only if all steps in it are saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:

@@ -125,7 +125,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def severity(self, judged: Judged) -> float:
-        """Return the severity, in degrees, that this interval alone would give the clip."""
+        """Return the clip's severity, in degrees, if this interval were its only error."""
         interval = judged.interval
         if interval not in self._severities:
             assert self.data is not None
@@ -135,7 +135,7 @@ class OpenClip(QObject):
         return self._severities[interval]
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences, or the detector's confidences if `learned` is None."""
+        """Show learned confidences or, if `learned` is None, the detector's confidences."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
@@ -244,7 +244,7 @@ class OpenClip(QObject):
             self.frame_changed.emit(frame)
 
     def select_chain(self, name: str) -> None:
-        """Select a chain, and deselect the interval if it belongs to another chain."""
+        """Select a chain. If the selected interval belongs to another chain, deselect it."""
         if name == self.chain:
             return
         self.find_chain(name)

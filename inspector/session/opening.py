@@ -453,7 +453,7 @@ def opening_notes(
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return the stamp of a file, or None if the file is missing."""
+    """Return a file's stamp (time, size, inode), or None if the file is missing."""
     try:
         status = path.stat()
     except OSError:

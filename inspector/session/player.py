@@ -13,7 +13,7 @@ _EDGE_S = 0.25  # seconds on either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead in real time, and starts again at the end of the clip."""
+    """Moves the document's playhead in real time, and restarts from the first frame at the end."""
 
     changed = Signal()  # playing has started or stopped, or the speed has changed
 

@@ -265,5 +265,5 @@ class Recovery(QObject):
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """Return the intervals of an earlier review that end within a clip of this many frames."""
+    """Return the intervals of an earlier review that fit within a clip of `frames` frames."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -25,7 +25,7 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Begin with another clip, and discard all analyses of the previous one."""
+        """Start with a newly opened clip, and discard all analyses of the previous clip."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 

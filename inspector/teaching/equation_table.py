@@ -76,7 +76,7 @@ class Section:
 
     @property
     def bare_title(self) -> str:
-        """The title without the names of joints, which is shown if no chain is selected."""
+        """The title without joint names, shown if no chain is selected."""
         return re.sub(r" = \{.\}", "", self.title)
 
 

@@ -50,7 +50,7 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the symbols whose parts of the gizmo are highlighted together with a symbol.
+    """Return the symbols whose gizmo parts are highlighted together with `symbol`.
 
     For '', the result is empty.
     """

@@ -38,8 +38,8 @@ _NO_COSTS = tr(
 class CurvesPage(QWidget):
     """Two plots over τ with captions: the histogram of the strength, and the cost of τ.
 
-    When the user changes τ, `asked` is emitted with the new τ in degrees, and with True during a
-    drag.
+    When the user changes τ, `asked` is emitted with the new τ in degrees, and a flag that is True
+    during a drag.
     """
 
     asked = Signal(float, bool)

@@ -67,7 +67,7 @@ class DetectorsModel(RowModel[_Line]):
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return the texts of a row. A row with the automatic τ is dimmed."""
+        """Return a row's cell texts. Rows with the automatic τ are dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)

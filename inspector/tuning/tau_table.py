@@ -62,7 +62,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return the texts of a row. Values that are equal in both profiles are dimmed."""
+        """Return a row's cell texts. Values that are equal in both profiles are dimmed."""
         sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):

@@ -32,7 +32,7 @@ _NOTHING = tr(
 
 @dataclass(frozen=True)
 class ScopeLine:
-    """A row of the table: a group of verdicts."""
+    """A table row that shows a group of verdicts."""
 
     name: str
     texts: tuple[str, ...]
@@ -40,7 +40,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The table of the groups of verdicts, with one row for each group."""
+    """The table of verdict groups, with one row for each group."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -58,7 +58,7 @@ class ScopeModel(RowModel[ScopeLine]):
         return thing.name
 
     def describe(self, thing: ScopeLine) -> TableRow:
-        """Return the texts of a row, with its tool tip."""
+        """Return a row's cell texts and its tool tip."""
         return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(

@@ -79,7 +79,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """If the clip belongs to a lesson or an exercise, show why it is not saved; return True."""
+        """If a lesson or an exercise owns the clip, show why it is not saved, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -185,7 +185,7 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """Return True if no decision is lost when the window closes.
+        """Return True if the window can close without losing any decision.
 
         Each decision must be saved, written to the journal, or discarded by the user. If `ask` is
         True, ask the user when necessary.

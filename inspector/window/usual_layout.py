@@ -163,7 +163,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels after the main window, which would cover them if shown later."""
+        """Show floating panels after the main window, so that it does not cover them."""
         if self._restored:
             self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
@@ -190,7 +190,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Limit the sizes of restored panels, which may come from another screen."""
+        """Limit the sizes of restored panels, which may have been saved on a different screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):
