@@ -398,8 +398,9 @@ class Document(OpenClip):
         return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set a chain's threshold τ in radians, and detect again. By default, use the selected
-        chain.
+        """Set a chain's threshold τ in radians, and detect again.
+
+        By default, the threshold of the selected chain is set.
         """
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)

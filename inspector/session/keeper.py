@@ -67,7 +67,8 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Create a keeper that does not protect a clip yet.
 
-        `message` is a signal with a sentence to show and True if the sentence reports an error.
+        `message` is a signal that takes a sentence to show, and True if the sentence reports an
+        error.
         """
         super().__init__(parent)
         self.message = message
@@ -251,7 +252,7 @@ class Keeper(QObject):
         return True, message
 
     def _write_session(self, kept: KeptReview, path: Path) -> str:
-        """Write a session after taking its lock, and return a sentence to show.
+        """Lock a session, write it, and return a sentence to show.
 
         Raises TwistError if another window holds the lock of that session.
         """

@@ -190,7 +190,7 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:
-    """Return the user's changes to an interval as a tuple, which can be compared with another.
+    """Return a tuple with the user's changes to an interval, for comparison.
 
     The tuple contains the decision and, if the user set them, the frames and the offset.
     """

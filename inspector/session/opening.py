@@ -62,8 +62,8 @@ class Analysed:
     notes
         Sentences to show when the clip is opened.
     added
-        The number of intervals added because their kinds are newer than the session; None if the
-        session already had all kinds.
+        The number of intervals added because their kinds of error are newer than the session; None
+        if the session already had all kinds.
     stamp
         The stamp of the clip's file before the clip was read; None for a clip in memory.
     blind
@@ -462,7 +462,7 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
-    """Return a sentence if the clip has changed on disk since it was read, or ''.
+    """Return a sentence stating that the clip has changed on disk since it was read, or ''.
 
     `then` is the stamp of the file when it was read, and `now` is its current stamp. The bytes are
     compared only if the stamps differ.

@@ -104,7 +104,7 @@ class Recovery(QObject):
         self.check_clip()
 
     def check_clip(self) -> str:
-        """Return a sentence if the clip has changed on disk, or ''.
+        """Return a sentence stating that the clip has changed on disk, or '' if it has not.
 
         After each change, also ask the user once whether to open the clip again.
         """

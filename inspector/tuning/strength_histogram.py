@@ -119,7 +119,7 @@ class Histogram(TauPlot):
         self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Move the label to the new right edge."""
+        """Move the label to the new right edge of the plot."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()

@@ -202,7 +202,7 @@ def _tracking_words(tracking: Tracking) -> str:
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the check box that also corrects undecided intervals."""
+    """Return the label of the check box that includes undecided intervals in the correction."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",

@@ -361,7 +361,7 @@ class FileActions(Saving):
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """Record the export in the session, save it, and open the next clip of the folder."""
+        """Record the export in the session, save the session, and open the folder's next clip."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:

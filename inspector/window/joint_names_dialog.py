@@ -246,7 +246,7 @@ class JointNamesDialog(QDialog):
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, chosen: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in the role of each joint and how it was recognised.
+        """Fill the table with the role of each joint and the way in which it was recognised.
 
         Parameters
         ----------

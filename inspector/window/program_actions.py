@@ -65,7 +65,7 @@ class ProgramActions:
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the settings for reviewer, numbering of frames and keyboard shortcuts."""
+        """Apply the settings for the reviewer, the frame numbering and the keyboard shortcuts."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)

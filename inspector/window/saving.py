@@ -87,7 +87,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Save unsaved decisions or leave them in the journal, then call `then`.
+        """Save unsaved decisions or keep them in the journal, then call `then`.
 
         If the user must be asked, the question is not modal.
         """
@@ -248,7 +248,7 @@ class Saving:
     def _ask_to_close(self, text: str, save: str, close: str) -> int:
         """Ask a question, and return the chosen button: Save, Discard or Cancel.
 
-        `save` and `close` are the texts of the Save button and the Discard button.
+        `save` and `close` are the labels of the Save button and the Discard button.
         """
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
