@@ -99,7 +99,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """The surveyed clips, the worst first, then waiting clips, then failed clips."""
+        """All clips in order: surveyed clips (worst first), waiting clips, failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -289,7 +289,7 @@ class FolderQueue(QObject):
             self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None, name: str = "") -> None:
-        """Survey the folder again with a profile's τ or, if `profile` is None, with automatic τ."""
+        """Survey the folder again with the τ of a profile; None stands for automatic τ."""
         self.cancel()
         self.profile, self.profile_name = profile, name
         self.clips = {

@@ -239,7 +239,7 @@ class Document(OpenClip):
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        # Without ids that belonged to the previous clip
+        # Exclude ids that belonged to the previous clip
         there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
             self.message.emit(tr("Select an interval first. N goes to the next one."), False)

@@ -45,7 +45,7 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position: radians for an angle, or 0…1 for a percentage."""
+        """Return the value at a slider position: radians for an angle, or 0…1 for per cent."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 

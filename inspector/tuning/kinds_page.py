@@ -26,7 +26,7 @@ _NOTHING = tr(
     "Nothing has been decided yet. Accept (A) or reject (R) intervals of any kind; this page then "
     "shows how many of each kind are errors, and how many errors were missed."
 )
-# In heights of a row: the thickness of a bar, and how far the mark of recall is below its middle
+# In row heights: the thickness of a bar, and the distance of the recall mark below its middle
 _BAR, _APART = 0.5, 0.17
 _AXIS_HEIGHT = 18  # pixels
 _NAME_GAP = 14.0  # pixels between the longest name of a row and the plot

@@ -25,7 +25,7 @@ class _CountAxis(Axis):
     """An axis for counts n with the scale log(1 + n), so that even a count of one is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return as many tick positions at round counts as fit."""
+        """Return as many tick positions as fit, at round numbers."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]

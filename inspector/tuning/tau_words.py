@@ -41,8 +41,8 @@ def suggestion_text(
 ) -> str:
     """Return a text with the suggested τ and its advantage over the current τ.
 
-    `present` is the current τ in radians. If no τ is better, the text shows the range of τ with the
-    same cost. `gain` returns a text about the difference in cost between two values of τ in
+    `present` is the current τ in radians. If no τ is better, the text shows which range of τ has
+    the same cost. `gain` returns a text about the difference in cost between two values of τ in
     radians.
     """
     suggested = wishes.suggested(curve, present)

@@ -44,7 +44,7 @@ class TuningActions:
     window: QWidget
 
     def load_profile(self) -> None:
-        """Let the user choose a profile file, and use its τ."""
+        """Ask for a profile file, and use its τ."""
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
@@ -91,7 +91,7 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """If the clip belongs to a lesson or an exercise, show why τ is not saved; return True."""
+        """If a lesson or an exercise owns the clip, show why τ is not saved, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -116,7 +116,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Let the user choose one or two profile files, and compare the profiles."""
+        """Ask for one or two profile files, and compare the profiles."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:

@@ -145,7 +145,10 @@ class ChainActions:
             self.document.change_chains(rig, what)
 
     def keep_rig(self) -> None:
-        """Save the chains of the clip for all clips with this skeleton that have no session yet."""
+        """Save the clip's chains for its skeleton.
+
+        Other clips with this skeleton use these chains if they have no session yet.
+        """
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return

@@ -179,7 +179,7 @@ class ExportDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Return the file name pattern for clips in the format of this clip."""
+        """Return the file name pattern for clips in this clip's format."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
 

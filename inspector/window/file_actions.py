@@ -103,7 +103,7 @@ class FileActions(Saving):
             self.document.opener.open(path, self.queue.profile_of(path))
 
     def open_dialog(self) -> None:
-        """Let the user choose a file and open it."""
+        """Ask for a file, and open it."""
         patterns = tr("Motion and sessions") + f" ({CLIPS_AND_SCENES} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(
@@ -120,7 +120,7 @@ class FileActions(Saving):
         self.open_path(path)
 
     def open_folder(self) -> None:
-        """Let the user choose a folder and analyse its clips."""
+        """Ask for a folder, and analyse its clips."""
         ask_folder(self.window, tr("Open folder"), self.open_path, start=self.document.folder)
 
     def open_queue(self, folder: Path) -> None:

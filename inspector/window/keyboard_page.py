@@ -92,7 +92,7 @@ def _does(row: ActionRow[Any]) -> str:
 class KeyboardPage(QWidget):
     """A window with a search field above a list of keyboard shortcuts and mouse gestures.
 
-    Esc closes the window. Shortcuts of the program with Ctrl work in this window, too.
+    Esc closes the window. The program's Ctrl shortcuts also work in this window.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:
@@ -127,7 +127,7 @@ class KeyboardPage(QWidget):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Open the window of keyboard shortcuts, and focus its search field."""
+    """Open the keyboard shortcuts window, and focus its search field."""
     page = KeyboardPage(menus, window)
     page.show()
     page.activateWindow()  # so that Esc reaches this window

@@ -93,7 +93,7 @@ class Presentation:
         window.statusBar().clearMessage()  # Qt would draw it on top of the frame
         self.set_full_screen(self._full)
         window.restoreState(layout)
-        # A lesson may have begun, ended or turned to a page with another tab
+        # A lesson may have begun, ended or opened a page with a different tab
         if now["guide"] != before["guide"]:
             self._docks["guide"].setVisible(now["guide"])
         if now["teaching"] != before["teaching"]:

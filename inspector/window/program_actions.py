@@ -29,7 +29,7 @@ _ICON = 64  # pixels
 class ProgramActions:
     """The actions for the theme, the preferences, the command palette and the help.
 
-    `ticks` are the check boxes that the preferences show for settings of features.
+    `ticks` are the check boxes for feature settings in the preferences.
     """
 
     document: Document

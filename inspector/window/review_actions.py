@@ -77,7 +77,7 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        # Wait until the playhead has moved. Turn the camera only if the limb is not visible.
+        # Wait until the playhead has moved. Rotate the camera only if the limb is not visible.
         find = QTimer(self.window, singleShot=True, interval=0)
         find.timeout.connect(lambda: None if self.sees() else self.look())
         document.interval_changed.connect(
@@ -262,7 +262,7 @@ class ReviewActions:
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Set and save the order of visiting intervals: 'worst', 'time' or 'chain'."""
+        """Set and save the order in which intervals are visited: 'worst', 'time' or 'chain'."""
         self.settings.order = order
         self.document.set_order(order)
         self.intervals.order_by(order)
@@ -370,7 +370,7 @@ class ReviewActions:
             self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch whether the correction of the selected interval also rotates the joints below it.
+        """Switch whether the selected interval's correction also rotates the joints below.
 
         For a flip, these joints are the hand or foot; for a stretch, all joints below the rotated
         joint. If the correction does not rotate them, they keep their captured rotation.
