@@ -1,6 +1,6 @@
 """Collect the data for the web page of a lesson.
 
-For each clip, the data include only the frames near those that the lesson's pages show.
+For each clip, only the frames near the displayed frames are included.
 """
 
 from __future__ import annotations

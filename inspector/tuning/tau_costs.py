@@ -128,11 +128,11 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the combined cost of several chains at their τ, and the number of intervals.
+        """Return the combined cost of several chains at their τ, and the listed intervals.
 
-        `tau` is in radians, keyed by chain. The intervals are those that the detector lists at
-        these τ. Listed intervals that were rejected are counted as false alarms. Returns None if
-        one of the chains has not been measured.
+        `tau` is in radians, keyed by chain. Listed intervals are detected at these τ, and are
+        counted as false alarms if they were rejected. Returns None if one of the chains has not
+        been measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
