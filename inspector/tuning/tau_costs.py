@@ -128,10 +128,10 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the combined cost of several chains at their τ, and the listed intervals.
+        """Return the combined cost of several chains at their τ, and the listed interval counts.
 
-        `tau` is in radians, keyed by chain. Listed intervals are detected at these τ, and are
-        counted as false alarms if they were rejected. Returns None if one of the chains has not
+        `tau` is in radians, keyed by chain. The detector lists intervals at these τ. Rejected
+        intervals among them are counted as false alarms. Returns None if one of the chains has not
         been measured.
         """
         curves = self.by(method)
