@@ -101,7 +101,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show an error message now, and again after a clip is opened, which clears messages."""
+    """Show an error message now, and again after a clip opens, because opening clears messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)

@@ -84,7 +84,7 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review and show only errors. Returns True if the session is on disk."""
+        """Save the review, showing only error messages. Return True if the session is on disk."""
         raise NotImplementedError
 
 

@@ -282,7 +282,7 @@ def act(window: MainWindow, *names: str) -> None:
 
 
 def wait(milliseconds: int) -> None:
-    """Run the event loop for some milliseconds. Unlike with QTest.qWait, other threads can run."""
+    """Run the event loop for some milliseconds. Unlike QTest.qWait, let other threads run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
@@ -308,7 +308,7 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str) -> None:
-    """Save a screenshot of the window, under a name in the docs, when it has stopped changing."""
+    """Save a screenshot under a name in the docs as soon as the window has stopped changing."""
     wait(_SETTLE_MS)
     keep(steady_picture(window), name)
 

@@ -1,4 +1,4 @@
-"""A folder written by `twistcore batch`: its results and the progress of its reviews."""
+"""Read a folder written by `twistcore batch`: its results and the progress of its reviews."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "-
 
 
 class BatchFolder(QObject):
-    """The clips in the manifest (database) of a batch, with the progress of their reviews.
+    """The clips in a batch's manifest (database), with the progress of their reviews.
 
     Attributes
     ----------
     options
-        A description of the batch's options that differ from the defaults.
+        A description of those options of the batch that differ from the defaults.
     """
 
     failed = Signal(str)  # with the reason why decisions cannot be recorded

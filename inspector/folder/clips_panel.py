@@ -155,7 +155,7 @@ def _tip(clip: QueuedClip) -> str:
 
 
 def _spoken(clip: QueuedClip) -> dict[int, str]:
-    """Return the texts that screen readers read for cells with a symbol or a bar, by column."""
+    """Return the screen-reader text of each cell with a symbol or a bar, keyed by column."""
     words = {}
     if clip.waits:
         words[0] = tr("{name}: unsaved decisions can be restored", name=clip.title)
@@ -257,7 +257,7 @@ class ClipsPanel(QWidget):
         self._show_precision()
 
     def sizeHint(self) -> QSize:
-        """Return a size in which a few rows of the table are visible."""
+        """Return a size at which a few rows of the table are visible."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
         height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()

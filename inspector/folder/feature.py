@@ -23,7 +23,7 @@ from inspector.language import tr
 
 
 class Folder(FeatureParts):
-    """The queue of clips to analyse, the panel that lists the clips, and the actions."""
+    """The queue of clips to analyse, the panel that lists the clips, and the folder's actions."""
 
     def __init__(self, window: HostWindow) -> None:
         self.queue = FolderQueue(parent=window)

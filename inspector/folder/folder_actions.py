@@ -109,7 +109,7 @@ class FolderActions:
     def _give_up(self) -> None:
         """Stop the process that writes the report, because the program is closing.
 
-        All pages that were written until then are complete.
+        All pages written up to that point are complete.
         """
         report, self._report = self._report, None
         if report is not None:

@@ -1,4 +1,4 @@
-"""Order the automatic corrections in a folder by how informative a verdict on them would be."""
+"""Sort a folder's automatic corrections by how informative a verdict on each would be."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _Known = dict[tuple[Path, int, tuple[AutomaticCorrection, ...]], _Verdicts]
 
 @dataclass(frozen=True)
 class Informative:
-    """An automatic correction of a clip with its verdict.
+    """An automatic correction in a clip, with its verdict.
 
-    The verdict is True if the correction is right, False if it is wrong, and None if it has not
-    been judged.
+    The verdict is True if the correction is right, False if it is wrong, and None if nobody has
+    judged it yet.
     """
 
     path: Path
@@ -80,7 +80,7 @@ class InformativeIntervals(QObject):
         return sum(one.verdict is not None for one in self.ordered)
 
     def look(self) -> None:
-        """Look for the next correction to judge, and emit `found` with it."""
+        """In the background, find the next correction to judge, and emit `found` with it."""
         self._asked = True
         self._start()
 
@@ -146,7 +146,7 @@ class InformativeIntervals(QObject):
 def _judged(
     clips: Sequence[QueuedClip], own: Mapping[Path, _Verdicts], known: _Known, tell: Tell
 ) -> tuple[tuple[Informative, ...], StatedPrecision | None, _Known]:
-    """Return the corrections in order, the estimated precision, and a new cache of verdicts.
+    """Return the sorted corrections, the estimated precision, and a new cache of verdicts.
 
     `own` contains the verdicts on the open clip, whose session file may be older than its review.
     `known` is the previous cache.

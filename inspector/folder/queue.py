@@ -99,7 +99,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """The surveyed clips, the worst first, then waiting clips, then failed clips."""
+        """All clips in order: surveyed clips (worst first), waiting clips, failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -109,7 +109,7 @@ class FolderQueue(QObject):
 
     @property
     def progress(self) -> tuple[int, int]:
-        """The number of clips that are surveyed or have failed, and the number of all clips."""
+        """The number of clips that are surveyed or have failed, and the total number of clips."""
         over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
         return over, len(self.clips)
 
@@ -132,9 +132,9 @@ class FolderQueue(QObject):
         return done >= min(_ENOUGH, math.ceil(total / 10))
 
     def worse_than(self, path: Path) -> QueuedClip | None:
-        """Return the worst clip that is still to be reviewed, or None.
+        """Return the worst clip that still needs a review, or None.
 
-        The result is None if this clip is not worse than the clip at `path`.
+        The result is None if no such clip is worse than the clip at `path`.
         """
         if path not in self.clips:
             return None
@@ -145,7 +145,8 @@ class FolderQueue(QObject):
     def next_after(self, path: Path | None) -> Path | None:
         """Return the next clip, from worst to best, with undecided intervals or unsaved decisions.
 
-        The search starts after `path` and wraps around at the end. Returns None if there is none.
+        The search starts after `path` and wraps around at the end of the list. Returns None if
+        there is no such clip.
         """
         ordered = self.ordered
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
@@ -162,7 +163,7 @@ class FolderQueue(QObject):
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Four counts: finished clips, clips with intervals, decided intervals, all intervals."""
+        """The number of finished clips, clips with intervals, decided intervals, all intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -191,8 +192,8 @@ class FolderQueue(QObject):
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
         """Survey (analyse) the clips of a folder, with the τ of a profile if given.
 
-        The survey of another folder is stopped. In a folder written by `twistcore batch`, only
-        clips without a result are surveyed.
+        Any running survey of a different folder is stopped. In a folder written by `twistcore
+        batch`, only clips without a result are surveyed.
         """
         self.close()
         if is_batch_folder(folder):
@@ -288,7 +289,7 @@ class FolderQueue(QObject):
             self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None, name: str = "") -> None:
-        """Survey the folder again with the τ of a profile, or with automatic τ if it is None."""
+        """Survey the folder again with the τ of a profile; None stands for automatic τ."""
         self.cancel()
         self.profile, self.profile_name = profile, name
         self.clips = {
@@ -306,7 +307,7 @@ class FolderQueue(QObject):
             self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
-        """Record the progress of a clip's review: the numbers of decided and of all intervals."""
+        """Record the progress of a clip's review: the number of decided and of all intervals."""
         if path in self.clips and self.clips[path].decided != decided:
             self._put(path, decided=decided)
             self.changed.emit()
@@ -367,7 +368,7 @@ class FolderQueue(QObject):
     def _check(self, worker: _Worker) -> bool:
         """Handle an answer, a timeout or the end of a worker process.
 
-        Returns False if nothing has happened.
+        Returns False if none of these has occurred.
         """
         if worker.path is None:
             return False

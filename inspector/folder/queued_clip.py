@@ -44,12 +44,12 @@ class QueuedClip:
     severity
         The severity in degrees; −1 while it is unknown.
     intervals
-        The number of intervals found.
+        The number of detected intervals.
     reason
         The reason why the analysis failed or, if `unchecked` is True, why nothing could be checked.
     decided
-        The numbers of decided and of all intervals in the open review or in the session; None if
-        the clip has neither.
+        The number of decided and of all intervals in the open review or in the session; None if the
+        clip has neither a review nor a session.
     unchecked
         True if nothing in the clip could be checked.
     exported
@@ -84,7 +84,7 @@ class QueuedClip:
     def title(self) -> str:
         """The name to display: the name in the batch or, if there is none, the file name.
 
-        The suffix of a BVH file is left out.
+        The suffix of a BVH file is omitted.
         """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
@@ -101,7 +101,7 @@ class QueuedClip:
 
     @property
     def clean(self) -> bool:
-        """Return True if the whole clip was checked, no error was found and nothing is unsaved."""
+        """Return True if the clip was checked completely, without errors or unsaved decisions."""
         lacks = self.unchecked or self.missing or self.unexamined
         ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits

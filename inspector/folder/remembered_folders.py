@@ -24,8 +24,8 @@ def _merged(
 ) -> dict[str, Any]:
     """Merge this window's changes to a folder's record into the record saved by another window.
 
-    `old` is the record before the changes, `new` the record after them, and `other` the saved one.
-    The three values that determine τ are always copied together.
+    `old` is the record before this window's changes, `new` the record after them, and `other` the
+    record saved by the other window. The three values that determine τ are always copied together.
     """
     if other is None:
         return new
@@ -69,7 +69,7 @@ def recent_folders(settings: Settings) -> list[Path]:
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Update fields in the record of a folder, and move the folder to the top of recent folders."""
+    """Update fields in a folder's record, and move the folder to the top of the recent folders."""
     now = folder_record(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}

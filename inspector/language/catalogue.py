@@ -50,9 +50,9 @@ def languages() -> dict[str, str]:
 def language_to_use(setting: str, of_system: Iterable[str]) -> str:
     """Return the code of the language to use.
 
-    This is the language in `setting` or, if it is 'system' or not available, the first available
-    language in `of_system`, which are codes such as 'de-AT' in order of preference. If none is
-    available, the language is English.
+    This is the language in `setting` if it is available. If `setting` is 'system' or not available,
+    it is the first available language in `of_system`, a list of codes such as 'de-AT' in order of
+    preference. If none is available, the language is English.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()
@@ -87,7 +87,10 @@ def in_language(page: Path) -> Path:
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return (template, translation) for each sentence of twistcore; in English, an empty list."""
+    """Return (template, translation) pairs for the sentences of twistcore.
+
+    The list is empty if the current language is English.
+    """
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
@@ -105,7 +108,7 @@ def tr_as(meaning: str, text: str, /, **values: object) -> str:
 
 
 def announced(text: str) -> str:
-    """Translate a text that is declared by a kind of error or by a detector."""
+    """Translate a text, such as a label, that a kind of error or a detector declares."""
     return _texts.get(("", text), text)
 
 
@@ -123,7 +126,10 @@ def plural(one: str, many: str, number: float, /, **values: object) -> str:
 
 
 def _filled(found: str, text: str, values: dict[str, object]) -> str:
-    """Insert the values into a translation or, if it is damaged, into the English text."""
+    """Insert the values into the translation or, if that is damaged, into the English text.
+
+    `found` is the translation, and `text` is the English text.
+    """
     if not values:
         return found
     values = _legible_values(values)

@@ -46,9 +46,9 @@ _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """Translate a sentence of twistcore. If no template matches, return it unchanged.
+    """Translate a sentence of twistcore. Text that matches no template is returned unchanged.
 
-    `said` is a text or an error. If no template matches the whole sentence, its parts are
+    `said` is a string or an exception. If no template matches the whole sentence, its parts are
     translated one by one. Control characters are escaped.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
@@ -57,7 +57,7 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence, and the number of characters in its templates.
+    """Return the best translation of a sentence, and the number of characters that templates cover.
 
     The best translation is the one whose templates cover the most characters of the sentence.
     """

@@ -141,7 +141,7 @@ def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _numbered(template: str) -> str:
-    """Replace the named placeholders of a template with numbers, and return the template."""
+    """Return a template with its named placeholders replaced by numbers."""
     for number, name in enumerate(re.findall(r"\{\w+\}", template)):
         template = template.replace(name, f"{{{number}}}", 1)
     return template

@@ -1,4 +1,4 @@
-"""Exercises for a class: a teacher creates them, students solve them, the program scores them."""
+"""Class exercises, which a teacher creates, students solve and the program scores."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def with_hidden_errors(
 
 
 def open_for_review(path: Path, listed: Sequence[Interval]) -> Analysed:
-    """Read a clip and return it with a review of the given intervals and without a detector."""
+    """Read a clip and return it with a review of the given intervals, but no detector results."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)

@@ -1,4 +1,4 @@
-"""The texts of an exercise: its page and its result."""
+"""The texts of an exercise: the page that explains it, and its result."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ _HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write yo
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """Write a copy of a clip with hidden errors. Return the opened copy and the errors.
+    """Write a copy of a clip with hidden errors. Return the opened copy and its errors.
 
     This function is thread-safe.
 
@@ -121,7 +121,7 @@ class Exercise(QObject):
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls and the buttons: first the Start button, then the button `last`."""
+        """Show the controls and two buttons: the Start button, then the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 

@@ -71,7 +71,7 @@ class LessonActions:
         self.player.dim(on=not self.dock.isHidden())
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that are shipped with the program.
+        """Add a menu with the lessons that are shipped with the program.
 
         The menu is filled when it is opened for the first time.
         """

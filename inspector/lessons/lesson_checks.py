@@ -29,12 +29,12 @@ _TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and the number of 
 
 @dataclass(eq=False)
 class Visit:
-    """The state of a lesson page since the user has turned to it.
+    """The state of a lesson page since the user opened the page.
 
     Attributes
     ----------
     frame
-        The frame at which the page began.
+        The frame displayed when the page was opened.
     chain
         The name of the page's chain, or '' for any chain.
     met
@@ -61,7 +61,7 @@ def all_met(visit: Visit, conditions: Sequence[Condition]) -> bool:
 
 
 def meet_all(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Meet all conditions for the user, with the same actions that the user would perform."""
+    """Meet all conditions on the user's behalf, with the actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
         # Every other condition stays met once it is met
@@ -138,7 +138,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 def _opposed(visit: Visit, _: Condition) -> bool:
     """Return True if the what-if values contain a counter-twist of at least τ.
 
-    The result is the same if its correction is also applied.
+    Applying the correction as well does not change the result.
     """
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:

@@ -1,4 +1,4 @@
-"""The conditions in a lesson file under which the task of a page is done."""
+"""The conditions in a lesson file that determine whether a page's task is done."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class LessonPage:
     place
         The place in a clip that the page shows.
     done
-        The conditions under which the task is done.
+        The conditions that must be met to complete the task.
     at
         The line number of the page's heading, from 1.
     lines
@@ -193,7 +193,7 @@ def _pairs(
 ) -> dict[str, tuple[int, str]]:
     """Return lines of the form 'key: value' as a dict of key → (line number, value).
 
-    Line numbers are counted from 1. `known` are the allowed keys.
+    Line numbers are counted from 1. `known` contains the allowed keys.
     """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):

@@ -237,9 +237,9 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 
 
 def settings(place: LessonPlace) -> str:
-    """Return the settings of a place as text for a lesson file.
+    """Return the settings of a lesson place as text for a lesson file.
 
-    The folder of the clip is left out.
+    The clip is written as a file name without its folder.
     """
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:

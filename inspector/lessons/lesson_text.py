@@ -79,7 +79,7 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """Return the image of a formula. Qt calls this method after every change of the text.
+        """Return the image of a formula. Qt calls this method after every change to the text.
 
         For any other address, return an empty image. If no image were returned, Qt would try to
         open a file with this address, and would block if the file is a pipe.

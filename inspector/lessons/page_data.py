@@ -1,6 +1,6 @@
 """Collect the data for the web page of a lesson.
 
-Of each clip, only the frames near the frame of a lesson page are included.
+For each clip, only the frames near the displayed frames are included.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Return (clip, range of frames) after joining overlapping ranges of the same clip.
+        """Return (clip, frame range) pairs, with overlapping ranges of the same clip joined.
 
-        Each joined range also includes the frame before the first page's range.
+        Each range also includes the frame before the one that the first page needs.
         """
         out: list[tuple[Path, Window]] = []
         wanted = zip((page.place.clip for page in self._lesson.pages), self._windows, strict=True)
@@ -132,10 +132,10 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
-        """Return the index of a chain's data in a range of frames. Add the data if they are new.
+        """Return the index of a chain's data for a frame range, and add the data if they are new.
 
-        `span` is the index of the range. `tau` is the τ of the page, or None for the detector's
-        automatic τ.
+        `span` is the index of the frame range. `tau` is the τ of the page, or None for the
+        detector's automatic τ.
         """
         if tau is None:
             tau = data.review.state.tau.get(chain.name, 0.0)
@@ -216,9 +216,9 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return the joint indices of the parent, the child and the end (−1 if not a limb).
+    """Return the joint indices of a chain's parent and child, and of a limb's end joint.
 
-    Returns None if there is no chain.
+    The end joint is −1 if the chain is not a limb. Returns None if `chain` is None.
     """
     if chain is None:
         return None

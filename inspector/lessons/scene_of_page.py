@@ -1,4 +1,4 @@
-"""Show the place of a lesson page in the program, and describe the place that is shown now."""
+"""Show a lesson page's place in the program, and describe the place that is currently shown."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """Return the id of the interval at the page's frame, or None if there is none.
 
-    The result is also None if the page shows the teaching tab.
+    Returns None as well if the page shows the teaching tab.
     """
     if place.tab == TABS[0]:
         return None
@@ -124,7 +124,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the default camera of the limb, `best`, with the direction and zoom of a page.
+    """Return a limb's default camera, `best`, changed to the direction and zoom of a lesson page.
 
     `facing` is the direction in which the figure faces.
     """
@@ -135,7 +135,7 @@ def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
 def _present_camera(program: GuidedProgram) -> Camera | None:
     """Return the current camera relative to the limb's default camera.
 
-    Returns None if it is the default camera.
+    Returns None if the current camera is the default camera.
     """
     viewport, facing = program.viewport, _facing(program)
     now = viewport.camera

@@ -27,7 +27,7 @@ class TeachersFiles(QObject):
     Parameters
     ----------
     aside
-        The user's own clip during an exercise.
+        The object that sets the user's own clip aside during an exercise.
     clips
         The sample clips, one of which is used if no clip is open.
     kind
@@ -78,7 +78,7 @@ class TeachersFiles(QObject):
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
-        """Score the students' answers, then ask for a path and write the table of scores there.
+        """Score the students' answers, then ask for a path and write the score table to it.
 
         `files` are the paths of the answer key and of the answers, in any order.
         """

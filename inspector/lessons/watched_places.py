@@ -47,8 +47,8 @@ PLACES: Mapping[str, Callable[[HostWindow], _Widgets]] = {
 class Dimming:
     """Dims the parts of the window that the user need not watch.
 
-    The widgets of all places are found only when the first place is watched, because this builds
-    panels.
+    The widgets of all places are looked up only when the first place is watched, because the lookup
+    builds panels.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -57,7 +57,7 @@ class Dimming:
         self._veils: dict[QWidget, Veil] = {}
 
     def _find(self) -> None:
-        """Find the widgets of all places, and create a veil to dim each of them."""
+        """Find the widgets of all places, and create a translucent overlay to dim each of them."""
         self._places = {name: find(self._window) for name, find in PLACES.items()}
         self._veils = {
             widget: Veil(widget, self._window.colours)
@@ -68,7 +68,7 @@ class Dimming:
     def watch(self, names: Collection[str]) -> None:
         """Dim all places except the given ones, or none if no place is given.
 
-        A place that contains one of the given places is not dimmed, either.
+        Places that contain one of the given places are not dimmed either.
         """
         if names and not self._places:
             self._find()

@@ -94,7 +94,7 @@ MEASURES = (
 
 
 def column_of(q: JointQuality, measure: int) -> Array:
-    """Return a measure of each joint, (joints,). Undefined values are NaN.
+    """Return a quality measure for each joint, (joints,). Undefined values are NaN.
 
     `measure` is an index of MEASURES.
     """
@@ -102,7 +102,7 @@ def column_of(q: JointQuality, measure: int) -> Array:
 
 
 def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
-    """Return a measure of a joint in each frame, (frames,). Undefined values are NaN.
+    """Return a quality measure of one joint for each frame, (frames,). Undefined values are NaN.
 
     `measure` is an index of MEASURES, and `joint` the index of the joint.
     """
@@ -112,12 +112,12 @@ def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The measures of all joints and, if the figure has the 24 joints of QuaMo, of the figure.
+    """Quality measures of all joints and, for figures with QuaMo's 24 joints, of the whole figure.
 
     Attributes
     ----------
     placed
-        The index of the joint that carries the position of the figure, or None.
+        The index of the joint that stores the position of the figure, or None.
     """
 
     clip: object
@@ -126,16 +126,16 @@ class FigureEvidence:
     placed: int | None
 
     def column(self, measure: int) -> Array:
-        """Return a measure of each joint, (joints,); see :func:`column_of`."""
+        """Return a quality measure for each joint, (joints,); see :func:`column_of`."""
         return column_of(self.joints, measure)
 
     def curve(self, measure: int, joint: int) -> Array:
-        """Return a measure of a joint in each frame, (frames,); see :func:`curve_of`."""
+        """Return a quality measure of one joint for each frame, (frames,); see :func:`curve_of`."""
         return curve_of(self.joints, measure, joint)
 
 
 class QualityEvidence(QObject):
-    """Computes the measures of the open clip in the background while the quality tab is visible."""
+    """Computes quality measures of the open clip while the quality tab is visible."""
 
     changed = Signal()
 
@@ -149,11 +149,11 @@ class QualityEvidence(QObject):
 
     @property
     def running(self) -> bool:
-        """True while the measures are being computed."""
+        """True while quality measures are being computed."""
         return self._task.running
 
     def watch(self, on: bool) -> None:
-        """Begin to compute measures for each opened clip, or end this if `on` is False.
+        """Start computing quality measures of opened clips, or stop doing so if `on` is False.
 
         A computation that is already running continues.
         """

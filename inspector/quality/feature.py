@@ -1,4 +1,4 @@
-"""The quality of the capture and the tracking of joints, as a feature of the window."""
+"""Capture quality and joint tracking, as a feature of the window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of joints and their measures, worst first, with a row for the figure's position."""
+"""The table of joints and their quality measures, with a row for the figure's position."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Joint:
     name
         The name of the joint.
     values
-        The measures, None where a measure is undefined.
+        The quality measures; None for each undefined measure.
     tracked
         True if the joint is tracked.
     after
@@ -43,7 +43,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """The table of the joints, sorted by a column. Tracked joints are shown in another colour."""
+    """The table of the joints, sorted by a column. Tracked joints have a different colour."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -85,7 +85,7 @@ class JointsModel(RowModel[_Joint]):
         )
 
     def reset(self) -> None:
-        """Fill the table again, for a new clip or after the measures have changed."""
+        """Rebuild the table for a new clip, or after the quality measures have changed."""
         known = self._evidence.known
         if known is None:
             self.show(())
@@ -115,7 +115,7 @@ class JointsModel(RowModel[_Joint]):
     ) -> None:
         """Mark the tracked joints and, if `place` is True, the position of the figure.
 
-        `after` are the measures after tracking, or None if they are not known.
+        `after` contains the quality measures after tracking, or is None if they are unknown.
         """
         changed = (joints, place) != (self._tracked, self._place_tracked) or after is not self.after
         if changed:
@@ -134,7 +134,7 @@ class JointsModel(RowModel[_Joint]):
         self.reset()
 
     def _order(self, joint: _Joint) -> tuple[bool, float]:
-        """Return the sort key of a joint. In both directions, joints without a value are last."""
+        """Return the sort key of a joint. Joints without a value come last in both sort orders."""
         value = joint.values[self._column - 1]
         if value is None:
             return True, 0.0
@@ -149,7 +149,7 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """The names of everything that can be tracked: the joints, then the figure's position."""
+        """The names of all trackable rows: the joints, then the figure's position."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

@@ -35,7 +35,7 @@ _REST_MS = 400  # pause of the playhead after which screen readers get the numbe
 
 
 class QualityPanel(QWidget):
-    """The panel of the quality tab: the measures of all joints, and a page to track joints."""
+    """The panel of the quality tab, with quality measures of all joints and a tracking page."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction], tracked: Tracked
@@ -102,7 +102,7 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, seen: bool) -> None:
-        """Begin to compute measures because the tab is visible, or end this if `seen` is False."""
+        """Start computing measures because the tab is visible, or stop if `seen` is False."""
         self.evidence.watch(seen)
         if seen:
             self._stale.mark()
@@ -172,7 +172,7 @@ class QualityPanel(QWidget):
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
         """Select joints as soon as the table lists them.
 
-        If `track` is True, also show the tracking page; if not, show the page of the joints.
+        If `track` is True, also show the tracking page; if not, show the joints page.
         """
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
         self._pending = tuple(names)
@@ -202,7 +202,7 @@ class QualityPanel(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _values_changed(self) -> None:
-        """Show the measures of a new clip or new measures, and select the worst joint."""
+        """Show new quality measures or the measures of a new clip, and select the worst joint."""
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))

@@ -178,10 +178,10 @@ class TrackPage(QWidget):
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
-        """Return a request to track some rows of the table with the settings of this page.
+        """Return a request to track some rows of the table with this page's settings.
 
-        `chosen` are the names of the rows, and `place` is the name of the row of the figure's
-        position.
+        `chosen` contains the names of these rows, and `place` is the name of the row for the
+        figure's position.
         """
         joints = tuple(name for name in chosen if name != place)
         if self.spline.isChecked():
@@ -194,7 +194,7 @@ class TrackPage(QWidget):
         return replace(plain, kp=kp, kd=kd, ka=ka)
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
-        """Track some rows of the table with the settings of this page; see `tracking`."""
+        """Track some rows of the table with this page's settings; see `tracking`."""
         self.ask_for(self.tracking(chosen, place))
 
     def ask_for(self, tracking: Tracking) -> None:
@@ -223,7 +223,7 @@ class TrackPage(QWidget):
             self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Show the review's tracking settings after an undo, a redo or a restored journal."""
+        """Show the review's tracking settings after an undo, a redo or a journal's restoration."""
         tracking = self._document.review.state.tracking if self._document.data else None
         if tracking == self._reviewed_last:
             return
@@ -300,7 +300,7 @@ class TrackPage(QWidget):
         rows
             The names of all rows.
         place
-            The name of the row of the figure's position.
+            The name of the row for the figure's position.
         """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:
@@ -354,7 +354,7 @@ class TrackPage(QWidget):
             plot.fit(self._document.frames)
 
     def _draw_change(self) -> None:
-        """Plot the acceleration of the end of the joint's bone, before and after tracking."""
+        """Plot the acceleration at the end of the joint's bone, before and after tracking."""
         result, frames = self._tracked.result, np.arange(self._document.frames, dtype=np.float64)
         lines = []
         if result is not None and self._joint:
@@ -445,10 +445,10 @@ def _written(value: float) -> str:
 
 
 def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:
-    """Return a sentence about what was tracked, how it was tracked, and what was left out.
+    """Return a sentence about what was tracked, how it was tracked, and what was not tracked.
 
-    `done` and `rest` are the names of tracked and untracked rows, and `place` is the name of the
-    row of the figure's position.
+    `done` and `rest` contain the names of tracked and untracked rows, and `place` is the name of
+    the row for the figure's position.
     """
     names, others = _listed(done, place), _listed(rest, place) or tr("nothing")
     if tracking.spline:
@@ -459,9 +459,9 @@ def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], pl
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """Return a text that lists up to two joints by name, or states the number of joints.
+    """Return the names of the joints as text or, for more than two joints, their number.
 
-    If `place`, the row of the figure's position, is in `names`, its name is added at the end.
+    If `place`, the row for the figure's position, is in `names`, it is appended to the text.
     """
     joints = [name for name in names if name != place]
     few = len(joints) <= 2

@@ -44,7 +44,7 @@ class Result:
     accelerations
         The accelerations of the joints before and after tracking, (frames, joints) each, in m/s².
     joints
-        The measures of the joints after tracking.
+        The quality measures of the joints after tracking.
     quality
         The quality of the figure before and after tracking; None if it is not defined.
     """
@@ -69,12 +69,12 @@ class _Request:
 class Tracked(QObject):
     """Tracks the open clip with the settings in the review or in a new request.
 
-    The clip is corrected first, as in the 3D view, by all intervals that are not rejected.
+    As in the 3D view, all intervals that are not rejected are corrected first.
 
     Attributes
     ----------
     result
-        The result for the current review; None if there is none (yet).
+        The result for the current review, or None if there is none yet.
     """
 
     changed = Signal()
@@ -103,7 +103,7 @@ class Tracked(QObject):
         self._start()
 
     def cancel(self) -> None:
-        """Cancel a new request. The previous tracking settings stay in the review."""
+        """Cancel a new tracking request. The review keeps its previous tracking settings."""
         self.asked = None
         self._halt()
         self._start()
@@ -115,7 +115,10 @@ class Tracked(QObject):
             self._document.do(Track(None))
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return the global rotations and positions of a frame, or None if nothing is tracked."""
+        """Return the tracked rotations and positions of a frame, or None if nothing is tracked.
+
+        These are global rotations, (joints, 4), and positions, (joints, 3).
+        """
         if self.result is None:
             return None
         return self.result.rotations[frame], self.result.positions[frame]

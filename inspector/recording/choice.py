@@ -1,4 +1,4 @@
-"""The settings of a recording: a picture, or a film of several frames or of a moving slider."""
+"""The settings of a recording: a picture, a film of the clip, or a film of a moving slider."""
 
 from __future__ import annotations
 
@@ -89,13 +89,13 @@ class RecordChoice:
 
     @property
     def fps(self) -> float:
-        """The number of images per second of a film."""
+        """The number of images per second in a film."""
         return FPS[self.path.suffix.lower()]
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One image of a film: a frame of the clip and, in a film of a slider, the slider's value."""
+    """One image of a film: the clip's frame and, if a slider moves, the slider's value."""
 
     frame: int
     value: float | None = None

@@ -10,13 +10,13 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Recording(FeatureParts):
-    """The recorder of films and pictures, its progress bar, and its action."""
+    """The recorder for films and pictures, with its progress bar and its action."""
 
     def __init__(self, window: HostWindow) -> None:
         self.recorder = Recorder(window)
 
     def connect(self, window: HostWindow) -> None:
-        """Add the progress bar of a film to the status bar, and create the actions."""
+        """Add the recording's progress bar to the status bar, and create the actions."""
         # The first permanent widget; only the frame line is left of it.
         window.statusBar().insertPermanentWidget(1, RecordingBar(self.recorder))
         taught = window.part(teaching)

@@ -17,7 +17,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """Return the contents of a picture file. Raises OSError if the picture is too large."""
+    """Return the bytes of a picture file. Raises OSError if the picture is too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))

@@ -36,8 +36,8 @@ SUFFIXES = tuple(_CODECS)
 class FilmWriter:
     """Writes one film to a file.
 
-    Call `offer` with each image, but only if the writer is not `full`. Call `finish` after the last
-    image.
+    Call `offer` with each image, but only while the writer is not `full`. Call `finish` after the
+    last image.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:

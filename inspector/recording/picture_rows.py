@@ -166,7 +166,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _other_unit(self) -> None:
-        """Convert the size to the unit that the user has just chosen."""
+        """Convert the size to the newly selected unit."""
         times = self.dpi.currentData() / _INCH
         if self._unit == "mm":
             times = 1.0 / times

@@ -25,7 +25,7 @@ from twistcore.files.ordinary import is_there
 
 @dataclass(eq=False)
 class RecordActions:
-    """Records films and pictures of the contents of the window."""
+    """Records films and pictures of the window's contents."""
 
     document: Document
     recorder: Recorder
@@ -90,7 +90,7 @@ class RecordActions:
             stage.close_views()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations first, because the teaching tab may never have been visible."""
+        """Typeset the equations before recording, because the teaching tab may not have done so."""
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)

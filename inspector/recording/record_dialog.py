@@ -46,8 +46,8 @@ class RecordDialog(WriteDialog):
     ) -> None:
         """Build the form.
 
-        `seen` is the range of frames that the plots show. `teaching` is True if the teaching tab is
-        in front.
+        `seen` is the range of frames visible in the plots. `teaching` is True if the teaching tab
+        is in front.
         """
         assert document.data is not None
         proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
@@ -176,7 +176,7 @@ class RecordDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Return the file name pattern for the chosen format."""
+        """Return the file dialog's name pattern for the chosen format."""
         suffix = str(self.format.currentData())
         return f"{_FORMATS[suffix].split(' (')[0]} (*{suffix})"
 

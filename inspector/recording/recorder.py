@@ -27,7 +27,7 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Records one film at a time. In each iteration of the event loop, it draws one image."""
+    """Records one film at a time, and draws one image in each iteration of the event loop."""
 
     progress = Signal(int, int)  # number of finished images, and of all images
     finished = Signal(object)  # with the path of the film
@@ -48,7 +48,7 @@ class Recorder(QObject):
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Start recording a film of the stage. The stage is closed when the film ends."""
+        """Start recording a film of a stage, which is closed when the film is complete."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps

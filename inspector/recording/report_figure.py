@@ -1,4 +1,4 @@
-"""The body and the poses of a figure in a report, and the data for a web page that plays it."""
+"""The body and the poses of a figure in a report, and the data for a web page that animates it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class FigureToDraw:
         self.ground = lowest(positions, self._up, self.height, roots)
 
     def poses(self, pair: BeforeAfter) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return the pose before and the pose after the correction, from a pair of frames.
+        """Return the poses before and after the correction, given a pair of frames.
 
         A pose is global rotations, (joints, 4), and positions, (joints, 3).
         """
@@ -62,7 +62,7 @@ class FigureToDraw:
         return first, second
 
     def camera(self, pair: BeforeAfter, aspect: float) -> OrbitCamera:
-        """Return the camera that shows the limb of a pair best.
+        """Return the camera with the best view of the corrected limb.
 
         `pair` is a pair of frames before and after the correction. `aspect` is the width of the
         picture divided by its height.
@@ -102,7 +102,10 @@ class FigureToDraw:
         }
 
     def _view(self, pair: BeforeAfter) -> dict[str, Any]:
-        """Return the camera, the limb's bones and the person's joints for a pair, as JSON data."""
+        """Return JSON data to show a pair: the camera, the limb's bones and the person's joints.
+
+        A pair consists of the frames before and after the correction.
+        """
         camera, chain = self.camera(pair, 1.0), _find_chain(self.figure, pair)
         every = range(len(self.figure.motion.skeleton))
         return {

@@ -1,7 +1,7 @@
 """Draw the pictures for a report: `python -m inspector.recording.report_pictures FOLDER`.
 
-The pictures, and a page that plays the clip, show the same bodies as the 3D view. No window, event
-loop or display is needed.
+The pictures show the same bodies as the 3D view, and so does the page that plays the clip. No
+window, event loop or display is needed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _QUALITY = 84  # JPEG quality; a picture has about 10 kB
 
 
 class OffscreenRenderer:
-    """Draws one figure after the other in an off-screen window."""
+    """Draws figures one after another in an off-screen window."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]

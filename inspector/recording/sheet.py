@@ -304,7 +304,7 @@ class _Keeper(QPaintEngine):
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """Remove the latest shapes if a rectangle covers them, because their edges may be visible.
+        """Remove the latest shapes if a rectangle covers them, because their edges might show.
 
         For example, a plot paints its background over the background that Qt has painted.
         """
@@ -360,13 +360,13 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """Return True if a box is inside a clip. Unlike in Qt's test, their edges may coincide."""
+    """Return True if a box is inside a clip. Unlike Qt's test, this allows coinciding edges."""
     edges = upright_rectangle(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _complete_font(font: QFont) -> QFont:
-    """Return a copy of a font with all attributes set, so that none depends on the device."""
+    """Return a copy of a font with all attributes set, independent of the paint device."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())

@@ -75,7 +75,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return a copy of the teaching tab's frame, active if a sweep or the equations need it."""
+        """Return a copy of the teaching tab's state, active if the slider or equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed
@@ -84,7 +84,7 @@ class Stage(QWidget):
         return mirrored
 
     def _dress(self) -> None:
-        """Apply the theme of the stage to plain widgets, which would use the program's theme."""
+        """Apply the stage's theme to plain widgets, which use the program's theme by default."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),

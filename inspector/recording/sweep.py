@@ -1,4 +1,4 @@
-"""A film in which a slider of the teaching tab moves from one value to another."""
+"""Films in which a slider of the teaching tab moves from one value to another."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Sweep:
         return there + there[-2:0:-1] if self.and_back else there
 
     def show(self, taught: TaughtFrame, value: float) -> None:
-        """Set this slider of the teaching tab to a value. The other sliders stay unchanged."""
+        """Set the teaching tab's slider to a value. Other sliders stay unchanged."""
         if self.slider == "stage":
             taught.set_stage(value)
         elif self.slider == "applied":

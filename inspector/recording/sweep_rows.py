@@ -59,7 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """Fill in the range of the selected slider, without the negative values."""
+        """Fill in the range of the selected slider, excluding negative values."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

@@ -53,7 +53,7 @@ class ClipOpener(QObject):
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip in the background.
 
-        `profile` contains τ for each chain and is used if the clip has no session.
+        `profile` contains the threshold τ for each chain. It is used if the clip has no session.
         """
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
@@ -69,7 +69,8 @@ class ClipOpener(QObject):
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Call `then` as soon as the detector `method` has analysed the clip.
 
-        If that analysis does not exist yet, start it in the background.
+        If the clip has not been analysed with this detector yet, start the analysis in the
+        background.
         """
         if clip.kept(method) is not None:
             then()

@@ -90,7 +90,8 @@ class Document(OpenClip):
         data
             The clip with its analysis and review.
         aside
-            A review of this clip that was put aside earlier and is now continued.
+            An earlier review of this clip to continue, as returned by `Keeper.put_aside`; None to
+            use the review in `data`.
         borrowed
             Facts about a clip that a lesson or an exercise has opened; None for the user's own
             clip.
@@ -134,8 +135,8 @@ class Document(OpenClip):
         ending
             The end of the file name.
         own
-            If True, include the clip's format in the name where a clip in another format would
-            get the same name.
+            If True, return a path that a clip of the same name in a different format does not
+            share.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = file_prefix(clip) if own else clip.stem
@@ -173,7 +174,7 @@ class Document(OpenClip):
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Apply a command to the review, and record it in the journal. Returns False on failure."""
+        """Apply a command to the review and write it to the journal. Return False on failure."""
         if not self._may_change():
             return False
         try:
@@ -238,7 +239,7 @@ class Document(OpenClip):
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        # Without ids that belonged to the previous clip
+        # Exclude ids that belonged to the previous clip
         there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
             self.message.emit(tr("Select an interval first. N goes to the next one."), False)
@@ -255,10 +256,10 @@ class Document(OpenClip):
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 
     def settle(self, judged: Judged) -> bool:
-        """Store an interval and its decision in the review, signed by this reviewer.
+        """Store an interval and its decision in the review, signed with the reviewer's name.
 
-        The interval is either in this review already, or comes from another review and has an id
-        that this review does not use yet. Returns False on failure.
+        The interval may already be in the review. An interval from another review must have an id
+        that is not in use yet. Returns False on failure.
         """
         at = self.now()
         mine = replace(judged, reviewer=self.reviewer, decided_at=at, in_bulk=False)
@@ -298,7 +299,7 @@ class Document(OpenClip):
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
         Without `at_least`, return the intervals that the program may correct automatically. Edited
-        intervals are left out because they have no confidence. Open intervals, with an uncertain
+        intervals are excluded because they have no confidence. Open intervals, with an uncertain
         side or joint, are returned only if `include_open` is True.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
@@ -323,7 +324,7 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a new number to identify a drag with the mouse.
+        """Return a new number that identifies a mouse drag.
 
         All commands with the same drag number are undone in one step.
         """
@@ -343,7 +344,7 @@ class Document(OpenClip):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add and select an interval made by hand.
+        """Add an interval by hand and select it.
 
         Without `interval`, the program proposes an interval at the frame. If a lone jump or a joint
         jump is selected at the frame, the proposal begins or ends at the jump. If no correction
@@ -397,12 +398,15 @@ class Document(OpenClip):
         return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ (radians) of a chain and detect again. By default, use the selected chain."""
+        """Set a chain's threshold τ in radians, and detect again.
+
+        By default, the threshold of the selected chain is set.
+        """
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ (radians) of several chains, keyed by chain name, and detect again.
+        """Set the thresholds τ (radians) of several chains, keyed by chain name, and detect again.
 
         The change is one step that can be undone.
         """
@@ -419,7 +423,7 @@ class Document(OpenClip):
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse the clip with another set of chains and switch to it, in one undoable step.
+        """Analyse the clip with a different set of chains and use those chains, in one undo step.
 
         Parameters
         ----------
@@ -462,7 +466,7 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector with its automatic τ. All decisions stay the same."""
+        """Switch to a different detector and its automatic τ. All decisions stay the same."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
@@ -494,7 +498,7 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _preview_selected(self) -> None:
-        """Show the selected interval's correction instead of an alternative to it."""
+        """Preview the correction of the selected interval rather than an alternative to it."""
         if self.data is not None and self.corrected.take(self._previewed()):
             self.intervals_changed.emit()
 
@@ -517,7 +521,7 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the review's detector is in use. If not, begin to analyse with it.
+        """Return True if the review's detector is in use. If not, start analysing the clip with it.
 
         The review's detector changes, for example, if an undo restores an earlier choice.
         """

@@ -24,7 +24,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def one_line_summary(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence followed by the number of the others, such as "(2 more)"."""
+    """Return the first sentence, followed by the number of other sentences, such as "(2 more)"."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

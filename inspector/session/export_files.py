@@ -64,11 +64,11 @@ class Export:
     left_out
         A sentence about intervals that cannot be corrected, or ''.
     changed
-        A sentence that the clip has changed on disk, or '' if it has not.
+        A sentence stating that the clip has changed on disk, or '' if it has not.
     ours
         The SHA-256 of files that this program wrote, including the files of this export.
     own
-        Files that only the review may write, such as the session.
+        Files that only the review itself may write, such as the session.
     by
         The reviewer's name.
     analysis
@@ -181,7 +181,7 @@ def check_targets(
     ours
         The SHA-256 of files that this program wrote, to compare with the files on disk.
     own
-        Files that only the review may write.
+        Files that only the review itself may write, such as the session.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):

@@ -1,4 +1,4 @@
-"""Handle a review's detector that is not installed or fails on the clip."""
+"""Use the default detector if a review's detector is not installed or fails on the clip."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return a message that the detector `method` was replaced by the default detector."""
+    """Return a message stating that the default detector has replaced the detector `method`."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

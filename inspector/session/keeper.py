@@ -1,6 +1,6 @@
 """Protect the review of the open clip with a session file, a journal and a lock.
 
-Journals that earlier runs left behind are found here, and are restored or deleted.
+This module also finds the journals of earlier runs, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -67,7 +67,8 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Create a keeper that does not protect a clip yet.
 
-        `message` is a signal with a sentence to show and True if the sentence reports an error.
+        `message` is a signal that takes a sentence to show, and True if the sentence reports an
+        error.
         """
         super().__init__(parent)
         self.message = message
@@ -85,7 +86,7 @@ class Keeper(QObject):
     # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Begin to protect the review of another clip, and look for journals of earlier runs."""
+        """Start protecting the review of a newly opened clip, and find journals of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -153,7 +154,7 @@ class Keeper(QObject):
         return sorted(found, key=lambda left: modified_ns(left.path), reverse=True)
 
     def end(self) -> None:
-        """Stop protecting the clip. Delete its journal only if all of its steps are saved."""
+        """Stop protecting the clip. Delete its journal only if all steps in it are saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:
@@ -213,7 +214,7 @@ class Keeper(QObject):
     def save(self, path: Path | None = None) -> tuple[bool, str]:
         """Write the session file to `path` or, by default, to its usual path.
 
-        Returns True on success or False, and a sentence to show.
+        Returns a tuple: True on success or False on failure, and a sentence to show.
         """
         kept = self._kept
         if kept is None:
@@ -251,7 +252,7 @@ class Keeper(QObject):
         return True, message
 
     def _write_session(self, kept: KeptReview, path: Path) -> str:
-        """Write a session after taking its lock, and return a sentence to show.
+        """Lock a session, write it, and return a sentence to show.
 
         Raises TwistError if another window holds the lock of that session.
         """

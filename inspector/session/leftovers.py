@@ -104,9 +104,10 @@ def decisions_in(journal: Path) -> int:
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
     """Read a journal of an earlier run.
 
-    Returns the leftover, or None if the journal cannot be used, and a sentence to show, or '' if
-    there is no problem. A damaged journal is renamed. If the journal is from a version that did not
-    detect limb flips, the clip's flips are added as undecided intervals.
+    Returns a tuple of the leftover and a sentence to show. The leftover is None if the journal
+    cannot be used, and the sentence is '' if there is no problem. A damaged journal is renamed. If
+    the journal is from a version that did not detect limb flips, the clip's flips are added as
+    undecided intervals.
     """
     try:
         recovered = recover(path, clip)
@@ -165,7 +166,7 @@ def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     """Return the number of a journal's decisions that a review lacks, and their total number.
 
     Changed settings (τ, detector, chains or tracking) count as one decision, and so do changes to
-    the frames left out of tuning.
+    the frames excluded from tuning.
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
@@ -178,7 +179,7 @@ def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """Return True if `state` lacks a journal's changes to the frames left out of tuning.
+    """Return True if `state` lacks a journal's changes to the frames excluded from tuning.
 
     `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
@@ -189,7 +190,7 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
 
 
 def _user_changes(judged: Judged) -> tuple[object, ...]:
-    """Return the user's changes to an interval, as a tuple to compare.
+    """Return a tuple with the user's changes to an interval, for comparison.
 
     The tuple contains the decision and, if the user set them, the frames and the offset.
     """

@@ -110,8 +110,8 @@ class OpenClip(QObject):
     def displayed(self, judged: Judged) -> Judged:
         """Return an interval with the confidence that the views display.
 
-        This is the learned confidence if that is switched on. An edited interval has no confidence,
-        because the detector computed it for the values before the edit.
+        If learned confidences are switched on, this is the learned one. An edited interval has no
+        confidence, because the detector computed it for the values before the edit.
         """
         sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
@@ -125,7 +125,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def severity(self, judged: Judged) -> float:
-        """Return the severity, in degrees, that this interval alone would give the clip."""
+        """Return the clip's severity, in degrees, if this interval were its only error."""
         interval = judged.interval
         if interval not in self._severities:
             assert self.data is not None
@@ -135,7 +135,7 @@ class OpenClip(QObject):
         return self._severities[interval]
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences, or the detector's confidences if `learned` is None."""
+        """Show learned confidences or, if `learned` is None, the detector's confidences."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
@@ -172,7 +172,7 @@ class OpenClip(QObject):
     def offset(self, chain: str) -> Array:
         """Return the sum of a chain's offsets in each frame, in radians, (frames,).
 
-        Rejected intervals are left out.
+        Rejected intervals are excluded.
         """
         return self._corrected.offset(chain) if self._corrected else np.zeros(0)
 
@@ -205,7 +205,8 @@ class OpenClip(QObject):
     def suggested_chains(self) -> frozenset[str]:
         """Return the names of chains with an undecided correction at the current frame.
 
-        The names of chains with an accepted, selected or hand-made interval there are left out.
+        Chains that also have an accepted, selected or hand-made interval at this frame are
+        excluded.
         """
         here = [
             judged
@@ -243,7 +244,7 @@ class OpenClip(QObject):
             self.frame_changed.emit(frame)
 
     def select_chain(self, name: str) -> None:
-        """Select a chain, and deselect the interval if it belongs to another chain."""
+        """Select a chain. If the selected interval belongs to another chain, deselect it."""
         if name == self.chain:
             return
         self.find_chain(name)
@@ -275,9 +276,8 @@ class OpenClip(QObject):
     ) -> bool:
         """Select the next (+1) or previous (−1) interval, and wrap around at the end of the list.
 
-        If no interval is selected, the search starts at the playhead; if the list is sorted by
-        severity, it starts at the beginning or end of the list. Returns False if there is no other
-        interval.
+        If no interval is selected, start at the playhead or, if the list is sorted by severity, at
+        the beginning or end of the list. Returns False if there is no other interval.
 
         Parameters
         ----------
@@ -368,7 +368,7 @@ class OpenClip(QObject):
         return tuple(chain for chain in chains if chain.name not in others)
 
     def _others(self) -> frozenset[str]:
-        """Return the names of the chains of all other people, whose intervals are not listed."""
+        """Return the names of all chains of people who are not listed."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
 

@@ -42,7 +42,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """A file's time, size and inode, which show whether the file has changed without reading it."""
+    """A file's time, size and inode, used to detect changes without reading the file."""
 
     modified: int  # nanoseconds
     size: int
@@ -62,8 +62,8 @@ class Analysed:
     notes
         Sentences to show when the clip is opened.
     added
-        The number of intervals added because their kinds are newer than the session; None if the
-        session already had all kinds.
+        The number of intervals added because their kinds of error are newer than the session; None
+        if the session already had all kinds.
     stamp
         The stamp of the clip's file before the clip was read; None for a clip in memory.
     blind
@@ -163,7 +163,7 @@ _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
-    """Read and analyse a clip with its latest session. Raises TwistError. Thread-safe.
+    """Read a clip and its latest session, and analyse the clip. Raises TwistError. Thread-safe.
 
     The session determines τ and the chains. If there is no session, τ is read from `profile` and
     the chains from the stored rig of the skeleton. `tell` is called with the progress.
@@ -233,7 +233,7 @@ def analyse_clip(
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
-    """Detect errors in a clip with the τ and the detector of a profile.
+    """Detect errors in a clip with a profile's τ and detector.
 
     The second result is the name of the profile's detector if it could not be used, or ''.
     """
@@ -353,7 +353,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with the capture faults and carried rolls of each kind that it lacks."""
+    """Return the review, adding capture faults and carried rolls of each kind that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -370,7 +370,7 @@ def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _carried_rolls(state: ReviewState, analysis: ClipAnalysis, method: str) -> list[Interval]:
-    """Return the carried rolls at the review's τ that do not overlap any of its intervals."""
+    """Return the carried rolls at the review's τ that overlap no interval of the review."""
     detector = analysis.detector(method, {Kind.CARRIED_ROLL})
     taken = [(j.interval.chain, j.interval.start, j.interval.stop) for j in state.intervals]
     return [
@@ -402,10 +402,11 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def opening_notes(
     data: Analysed, away: Path | None, notes: Sequence[str]
 ) -> Iterator[tuple[str, bool]]:
-    """Yield sentences about a newly opened clip, each with True if it must stay until closed.
+    """Yield (sentence, stays) pairs about a newly opened clip.
 
-    `away` is the folder of the clip's review if the clip's folder is read-only. `notes` are
-    sentences about problems with the review.
+    `stays` is True if the sentence must remain visible until the user closes it. `away` is the
+    folder of the clip's review if the clip's folder is read-only. `notes` are sentences about
+    problems with the review.
     """
     if data.session is not None:
         message = tr("Your review in {session} continues.", session=data.session.name)
@@ -452,7 +453,7 @@ def opening_notes(
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return the stamp of a file, or None if the file is missing."""
+    """Return a file's stamp (time, size, inode), or None if the file is missing."""
     try:
         status = path.stat()
     except OSError:
@@ -461,7 +462,7 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
-    """Return a sentence if the clip has changed on disk since it was read, or ''.
+    """Return a sentence stating that the clip has changed on disk since it was read, or ''.
 
     `then` is the stamp of the file when it was read, and `now` is its current stamp. The bytes are
     compared only if the stamps differ.

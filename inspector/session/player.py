@@ -13,7 +13,7 @@ _EDGE_S = 0.25  # seconds on either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead in real time, and starts again at the end of the clip."""
+    """Moves the document's playhead in real time, and restarts from the first frame at the end."""
 
     changed = Signal()  # playing has started or stopped, or the speed has changed
 
@@ -75,12 +75,12 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval and half a second on either side; False stops this."""
+        """Start or stop looping over the selected interval, plus half a second on each side."""
         self.looping = on
         self._begin()
 
     def span(self) -> tuple[int, int]:
-        """Return the frames [first, stop) to play, of the loop or of the whole clip."""
+        """Return the frames [first, stop) to play: the loop or, without a loop, the whole clip."""
         frames = self._document.frames
         judged = self._document.interval
         if not self.looping or judged is None or self._document.data is None:

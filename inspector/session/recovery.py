@@ -1,4 +1,4 @@
-"""Questions to the user about an earlier review, the lock, the journal and the file of a clip."""
+"""Ask the user about a clip's earlier review, its lock, its journals and changes to its file."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Recovery(QObject):
         self.check_clip()
 
     def check_clip(self) -> str:
-        """Return a sentence if the clip has changed on disk, or ''.
+        """Return a sentence stating that the clip has changed on disk, or '' if it has not.
 
         After each change, also ask the user once whether to open the clip again.
         """
@@ -265,5 +265,5 @@ class Recovery(QObject):
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """Return the intervals of an earlier review that end within a clip of this many frames."""
+    """Return the intervals of an earlier review that fit within a clip of `frames` frames."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -94,7 +94,7 @@ class ReviewJournal(QObject):
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Begin to record another review. Call `end` for the previous one first."""
+        """Start recording a different review. Call `end` for the previous review first."""
         self._kept = kept
 
     def resume(self, path: Path | None, steps: int) -> None:
@@ -114,7 +114,7 @@ class ReviewJournal(QObject):
         self._begin(kept.review.state)
 
     def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
-        """Continue a recovered review in its journal or, if `fresh` is True, in a new one."""
+        """Continue a recovered review in its own journal or, if `fresh` is True, in a new one."""
         self.give_up()  # the open review had no steps
         self._open.review = recovered.review
         if fresh:
@@ -161,7 +161,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Write a command to disk. Of the commands of one drag, write only the last."""
+        """Write a command to disk. If it belongs to a drag, write only the drag's last command."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:

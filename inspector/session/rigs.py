@@ -1,4 +1,4 @@
-"""Analyse the open clip with other sets of chains, in the background."""
+"""Analyse the open clip with different sets of chains, in the background."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KEPT = 4  # maximum number of analyses, because each may take hundreds of megab
 
 
 class Rigs:
-    """A cache of analyses of the open clip, one for each of the last few rigs (sets of chains)."""
+    """A cache of analyses of the open clip, one for each recently used rig (set of chains)."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -25,7 +25,7 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Begin with another clip, and discard all analyses of the previous one."""
+        """Start with a newly opened clip, and discard all analyses of the previous clip."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
@@ -38,7 +38,7 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """Return the stored analysis with a rig, or None if there is none."""
+        """Return the stored analysis for a rig, or None if there is none."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
@@ -58,7 +58,7 @@ class Rigs:
     def change(
         self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
     ) -> None:
-        """Analyse the clip with other chains, then call `do` with the command to switch to them.
+        """Analyse the clip with a rig's chains, then call `do` with the command to use them.
 
         `what` is the name of the step in the undo history.
         """
@@ -72,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Return the analysis of the clip with a rig, computed if needed. Called in a thread."""
+        """Return the clip's analysis with a rig, computing it if needed. Called in a thread."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

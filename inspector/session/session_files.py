@@ -145,7 +145,7 @@ def journal_owners(folder: Path) -> set[str]:
 
 
 def modified_ns(path: Path) -> int:
-    """Return the time of the last change of a file in nanoseconds, or 0 if it is missing."""
+    """Return a file's modification time in nanoseconds, or 0 if the file is missing."""
     try:
         return path.stat().st_mtime_ns
     except OSError:

@@ -219,7 +219,7 @@ def settings_path() -> Path:
 def load_settings(path: Path) -> tuple[Settings, str]:
     """Return the settings in a file, and a sentence about a problem, or ''. Never raises.
 
-    Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
+    Damaged fields get their defaults, and damaged entries of lists and objects are removed. A copy
     of the damaged file is saved next to the original.
     """
     if trouble := _trouble(path):
@@ -295,8 +295,8 @@ def save_settings(path: Path, settings: Settings) -> str:
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
     """Write only the settings that differ from `before`; another window may have changed the rest.
 
-    Values that this window did not change stay as they are in the file, and so do single entries of
-    lists and objects. Returns '' on success, or a sentence with the reason for the failure.
+    The file keeps its values for all settings that this window did not change. Lists and objects
+    are merged entry by entry. Returns '' on success, or a sentence with the reason for the failure.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -363,7 +363,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Return the path of a copy of a damaged file. Copy the file first if there is no copy yet.
+    """Return the path of a damaged file's copy. Copy the file first if there is no copy yet.
 
     Raises OSError.
     """

@@ -104,7 +104,10 @@ def sealed_bytes(longest: int) -> Check:
 
 
 def sealed(digits: str) -> str:
-    """Return hexadecimal digits followed by a checksum, because damaged data would crash Qt."""
+    """Return hexadecimal digits with a checksum appended.
+
+    The checksum detects damaged data, which would crash Qt.
+    """
     return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 

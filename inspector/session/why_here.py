@@ -34,7 +34,7 @@ def reviewed(document: Document) -> Detection | None:
 
 
 def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
-    """Return the frame of the nearest peak of the strength above τ outside all intervals, or None.
+    """Return the nearest frame outside all intervals where the strength peaks above τ, or None.
 
     `reach` is the largest distance from `frame`, in frames.
     """
@@ -76,7 +76,7 @@ def reason_sentence(document: Document, reason: Reason) -> str:
 
 
 def peaks(document: Document) -> Iterator[Reason]:
-    """Yield a reason for each peak of the strength above τ outside all intervals, by chain."""
+    """Yield, chain by chain, a reason for each strength peak above τ outside all intervals."""
     if (found := reviewed(document)) is not None:
         for chain in found.chains_and_limbs:
             yield from peaks_without_interval(found, chain.name, first=document.first_frame)

@@ -38,7 +38,7 @@ class Equation:
     number
         The number of the equation in the paper, or ''.
     corrected
-        How the equation differs from the printed one in the paper, or ''.
+        How the equation differs from its printed form in the paper, or ''.
     shown
         A function that returns the value as text. By default, the value is the quantity named by
         the symbol.
@@ -51,7 +51,7 @@ class Equation:
     shown: Callable[[FrameNumbers], str] | None = None
 
     def value(self, of: FrameNumbers) -> str:
-        """Return the value of the left-hand side in a frame as text."""
+        """Return the value of the left-hand side as text. `of` contains the frame's numbers."""
         if of.staged and self.symbol not in _STAGED:
             return _NOT_YET
         if self.shown is not None:
@@ -76,7 +76,7 @@ class Section:
 
     @property
     def bare_title(self) -> str:
-        """The title without the names of joints, which is shown if no chain is selected."""
+        """The title without joint names, shown if no chain is selected."""
         return re.sub(r" = \{.\}", "", self.title)
 
 
@@ -111,7 +111,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return a text with the product Δθp Δθc that says whether the product is negative."""
+    """Return the product Δθp Δθc as text, stating whether it is negative."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -128,7 +128,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return a text with the strength m that says whether m is at least τ."""
+    """Return the strength m as text, stating whether it is at least τ."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau

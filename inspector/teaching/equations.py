@@ -148,7 +148,10 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A text in a row of the list. Its height is 0: only formulas determine the row height."""
+    """A label in a row of the list.
+
+    Its height is 0, so that only the formulas determine the row height.
+    """
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and a height of 0."""

@@ -1,4 +1,4 @@
-"""Draw the gizmo, which shows the symbols of the teaching tab in 3D on top of the figure."""
+"""Draw the gizmo, which shows the teaching tab's symbols in 3D on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the symbols whose parts of the gizmo are highlighted together with a symbol.
+    """Return the symbols whose gizmo parts are highlighted together with `symbol`.
 
     For '', the result is empty.
     """
@@ -195,7 +195,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer for the gizmo over the last image of the view, unless it exists."""
+        """Create the gizmo's layer over the last image of the 3D view, unless it already exists."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return

@@ -93,7 +93,8 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 def _fans() -> Index:
     """Return the faces of all dials, as point indices (n, 4).
 
-    Each face is a triangle from the centre of a dial, its first point, to the edge.
+    Each face is a triangle between the centre of a dial, which is the dial's first point, and its
+    edge. The last index is repeated.
     """
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])

@@ -97,7 +97,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
 
 
 def handle_at(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
-    """Return the handle at a pixel (2,), or '' if there is none."""
+    """Return the name of the handle at a pixel, (2,), or '' if there is none."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:
         return W
@@ -150,7 +150,7 @@ class TwistDrag:
         self._last = self._angle(held, camera, size, at)
 
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle by which the dial was turned since the drag began, in radians.
+        """Return the angle, in radians, by which the dial has rotated since the drag began.
 
         `at` is the pixel of the mouse, (2,).
         """

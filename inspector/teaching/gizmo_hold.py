@@ -68,7 +68,7 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Set the positions of the handles in world coordinates, and begin to watch the mouse."""
+        """Set the positions of the handles in world coordinates, and start watching the mouse."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
@@ -146,7 +146,7 @@ class Hold(QObject):
     # -- dragging -----------------------------------------------------------------------------
 
     def _found(self, at: QPointF) -> str:
-        """Return the handle at a point of the view, or '' if there is none.
+        """Return the name of the handle at a point of the view, or '' if there is none.
 
         The result is also '' while the rotation is animated.
         """
@@ -203,9 +203,9 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Highlight the handle under the mouse with the cursor, a larger knob and a tool tip.
+        """Highlight the handle under the mouse by its cursor, a larger knob and a tool tip.
 
-        `under` is this handle, or '' if there is none.
+        `under` is the name of this handle, or '' if there is none.
         """
         view = self._view.view
         if under == self.under or view is None:
@@ -221,7 +221,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's image, and the pixel in it for a point of the view."""
+        """Return the size of the gizmo's image, and the image pixel at a point of the view."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -274,7 +274,7 @@ class Knobs(QWidget):
         ring
             The pixels of the dial's edge, (n, 2).
         under
-            The handle under the mouse, or ''.
+            The name of the handle under the mouse, or ''.
         at
             The position of the mouse.
         words

@@ -31,7 +31,7 @@ def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
 
 
 def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
-    """Return lines along the x, y and z axes of parent, child and grandchild, (POINTS, 3).
+    """Return lines along the coordinate axes of parent, child and grandchild, (POINTS, 3).
 
     Each line is a pair of points. Without a grandchild, the axes of the child are repeated.
     """

@@ -96,7 +96,7 @@ class Sketch:
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
-        """Add a line through points, (n, 3)."""
+        """Add a line through points, (n, 3). `share` is its opacity, 0…1."""
         self.parts.append(GizmoPart(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
@@ -215,7 +215,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial of θp, whose hand points in the direction of a mark on the bone.
+    """Add the dial of θp. Its hand points in the direction of a fixed mark on the bone.
 
     The zero of the dial is the direction that this mark would have after the swing alone.
     """

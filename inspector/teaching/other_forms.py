@@ -1,4 +1,4 @@
-"""The parent's rotation in other forms: twist before swing, −q, and Euler angles of the file."""
+"""The parent's rotation in other forms: twist before swing, −q, and the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -180,7 +180,11 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """Return a joint's Euler angles from the file or, for an edited pose, the closest ones."""
+        """Return a joint's Euler angles from the file.
+
+        For an edited pose, return the Euler angles of the edited rotation that are closest to those
+        in the file.
+        """
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None

@@ -1,4 +1,4 @@
-"""The state of the teaching tab: quantities of the frame, what-if values, highlighted symbol.
+"""The state of the teaching tab: the frame's quantities, what-if values, highlighted symbol.
 
 What-if values are edits that the user makes to the displayed frame with sliders or the gizmo. They
 change only the displayed pose, never the review.
@@ -141,8 +141,8 @@ class TaughtFrame(QObject):
     def _own_offset(self) -> float | None:
         """Return the offset of the selected interval at the current frame, in radians.
 
-        Returns None if no interval is selected there. The correction then uses the paper's running
-        sum.
+        Returns None if no interval that contains this frame is selected. The correction then uses
+        the paper's running sum.
         """
         if (judged := self.interval) is None:
             return None
@@ -237,7 +237,7 @@ class TaughtFrame(QObject):
 
 
 def degree_text(angle: float) -> str:
-    """Return a text with an angle, given in radians, in degrees."""
+    """Return an angle, given in radians, as text in degrees."""
     return f"{signed(np.degrees(angle), 2)}°"
 
 
@@ -253,13 +253,13 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return a text with the reliability of an angle, `share`, in per cent. `share` is 0…1."""
+    """Return the reliability of an angle, `share` (0…1), as text in per cent."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 
 
 def numbers(values: Array) -> str:
-    """Return a vector or quaternion as a text with a constant length.
+    """Return a vector or quaternion as text of constant length.
 
     A zero has no sign and is padded instead; without padding, the width of the tab would change
     from frame to frame.

@@ -148,7 +148,7 @@ class TeachingPanel(QWidget):
         self._widen()
 
     def _widen(self) -> None:
-        """Make the tab as wide as its widest row, which may appear later than the other rows."""
+        """Widen the tab to fit its widest row. That row may appear later than the others."""
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()

@@ -45,12 +45,12 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position: radians for degrees, or 0…1 for per cent."""
+        """Return the value at a slider position: radians for an angle, or 0…1 for per cent."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """Return a value, in radians or 0…1, in the unit of the slider."""
+        """Convert a value from radians or from a share, 0…1, to the unit of the slider."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
@@ -90,7 +90,7 @@ def _shown(knob: _Knob, value: float) -> str:
 
 
 class SpokenSlider(QSlider):
-    """A slider whose value, with its unit, is read by screen readers."""
+    """A slider that lets screen readers read its value together with the unit."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -109,7 +109,7 @@ class SpokenSlider(QSlider):
 
 
 class WhatIfBox(QWidget):
-    """The sliders, animation controls and buttons, with a sentence about the edited frame."""
+    """A box with sliders, animation controls, buttons and a sentence about the edited frame."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()

@@ -8,7 +8,7 @@ from inspector.teaching.taught_frame import TaughtFrame
 def what_if_angles(taught: TaughtFrame) -> dict[str, float]:
     """Return the angles of an edited frame in radians, keyed by the field names of TwistSignals.
 
-    Undefined angles are left out. If the frame is not edited, or during an animation, the result is
+    Undefined angles are omitted. If the frame is not edited, or during an animation, the result is
     empty.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None

@@ -55,8 +55,7 @@ class BarFrames:
     def next_bar(self) -> None:
         """Go to the first frame of the next bar that has frames.
 
-        Bars are visited from the smallest to the largest strength. After the last bar, the first
-        one follows.
+        Bars are visited in order of increasing strength, and the first bar follows the last.
         """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):
@@ -71,7 +70,7 @@ class BarFrames:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Undo the first click of a double-click: return to the frame before it."""
+        """Undo the first click of a double-click by returning to the previous frame."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)

@@ -1,4 +1,4 @@
-"""The page of the learned confidence: its reliability, and buttons to use and save it."""
+"""The learned-confidence page, which shows its reliability and has buttons to use and save it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NOTHING = tr(
 
 
 class ConfidencePage(QWidget):
-    """A page about the confidence that was learned from verdicts.
+    """The page about the confidence that was learned from the user's verdicts.
 
     The confidence is learned for the performer of the clip or, if there is none, for its rig.
     """
@@ -85,7 +85,7 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """In a narrow page, shorten long sentences to one line with a tool tip."""
+        """If the page is narrow, shorten long sentences to one line and add a tool tip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
 
@@ -145,7 +145,7 @@ class ConfidencePage(QWidget):
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Update the page after a change of the document or of the verdicts."""
+        """Update the page after a change to the document or the verdicts."""
         document, evidence = self._document, self._evidence
         data = document.data
         if data is None:

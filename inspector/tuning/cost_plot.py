@@ -1,4 +1,4 @@
-"""The plot of the cost of τ: the share of repaired errors (FSR) and the false alarms."""
+"""A plot of the cost of τ: the share of repaired errors (FSR) and the false alarms."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class PercentAxis(Axis):
     """An axis in per cent, with a tick at every 25 % or 50 %."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick positions."""
+        """Return the tick positions between `low` and `high`, for an axis `size` pixels long."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         step = 25.0 if room <= 25.0 else 50.0
         return [(step, [float(v) for v in np.arange(0.0, 101.0, step)])]

@@ -37,7 +37,7 @@ class Request:
     rig
         The user's changes to the chains of the skeleton.
     left_out
-        The frames that are left out of the measurement.
+        The frames to exclude from the measurement.
     draws
         The number of draws of random errors for each chain and protocol.
     detector
@@ -68,7 +68,7 @@ class Capture:
     first, stop
         The range [first, stop), without the blends at the ends of the clip.
     presumed
-        Intervals, as (chain, start, stop), that have no verdict but are counted as errors because
+        Intervals, as (chain, start, stop), without a verdict. They are counted as errors because
         the detector is certain of them.
     """
 
@@ -81,8 +81,8 @@ def measure(pipe: Connection, request: Request) -> None:
     """Measure the requested cost curves, and send the results through the pipe.
 
     The results are a Capture, then a pair (chain, curve) for each chain, then None. If the
-    measurement fails, an error message is sent instead. If the name of a chain is received from the
-    pipe, that chain is measured next.
+    measurement fails, an error message is sent instead. A chain name that is received through the
+    pipe sets the chain to measure next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

@@ -1,4 +1,4 @@
-"""The page about the selected chain: a histogram of its strength, and the cost of τ."""
+"""The page about the selected chain, with a histogram of its strength and the cost of τ."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ _NO_COSTS = tr(
 class CurvesPage(QWidget):
     """Two plots over τ with captions: the histogram of the strength, and the cost of τ.
 
-    When the user changes τ, `asked` is emitted with the new τ in degrees, and with True during a
-    drag.
+    When the user changes τ, `asked` is emitted with the new τ in degrees, and a flag that is True
+    during a drag.
     """
 
     asked = Signal(float, bool)
@@ -256,7 +256,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return a coloured text as rich text, without line breaks and followed by a gap."""
+    """Return coloured, non-breaking rich text, followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

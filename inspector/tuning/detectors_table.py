@@ -1,4 +1,4 @@
-"""The table of all detectors, with their suggested and automatic τ and the costs of both."""
+"""The detectors table, with the suggested τ, the automatic τ and their costs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TIPS = (
 class _Line:
     """A row of the table: the suggested or the automatic τ of one chain.
 
-    If `chain` is '', the row is about all chains.
+    If `chain` is '', the row shows the values for all chains together.
     """
 
     chain: str
@@ -47,7 +47,7 @@ class _Line:
 class DetectorsModel(RowModel[_Line]):
     """The table of the costs of all detectors.
 
-    The table has two rows for each chain, and two for all chains together.
+    The table has two rows for each chain, and two rows for all chains together.
 
     The first row of each pair shows the suggested τ, and the second row the automatic τ.
     """
@@ -63,11 +63,11 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Return the chain of a row and the kind of its τ, suggested or automatic."""
+        """Return a row's key: its chain, and whether it shows the suggested or the automatic τ."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return the texts of a row. A row with the automatic τ is dimmed."""
+        """Return a row's cell texts. Rows with the automatic τ are dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)

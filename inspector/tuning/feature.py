@@ -1,4 +1,4 @@
-"""The tuning of τ, as a feature of the window."""
+"""The tuning of the threshold τ, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Tuning(FeatureParts):
         bring_to_front(self._dock)
 
     def leave_out_visible(self) -> None:
-        """Leave the frames that are visible in the plots out of tuning."""
+        """Exclude the frames that are visible in the plots from tuning."""
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A page with the precision and recall of each kind of error or of each chain."""
+"""A page with the precision and recall for each kind of error or for each chain."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NOTHING = tr(
     "Nothing has been decided yet. Accept (A) or reject (R) intervals of any kind; this page then "
     "shows how many of each kind are errors, and how many errors were missed."
 )
-# In heights of a row: the thickness of a bar, and how far the mark of recall is below its middle
+# In row heights: the thickness of a bar, and the distance of the recall mark below its middle
 _BAR, _APART = 0.5, 0.17
 _AXIS_HEIGHT = 18  # pixels
 _NAME_GAP = 14.0  # pixels between the longest name of a row and the plot
@@ -35,7 +35,7 @@ _ROOM = 66.0  # room for numbers to the right of 100 %, in per cent of the axis
 
 
 class _NamedRows(Axis):
-    """A vertical axis with the names of rows. The first row is at the top.
+    """A vertical axis with row names as labels. The first row is at the top.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class KindBars(Canvas):
         self.touch()
 
     def show_counts(self, counts: Mapping[str, VerdictCount]) -> None:
-        """Plot the counts of verdicts, keyed by the name of the group."""
+        """Plot verdict counts, keyed by group name."""
         self._rows.names = tuple(counts)
         metrics = QFontMetricsF(figures_font(8.0))
         widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
@@ -134,9 +134,9 @@ class KindsPage(QWidget):
     hint
         The text that is shown while there are no verdicts.
     scopes
-        The list of the groups of clips, such as this clip or the folder.
+        The drop-down list of clip groups, such as this clip or the folder.
     groups
-        The list that determines whether each row is a kind or a chain.
+        The drop-down list that determines whether each row is a kind of error or a chain.
     plot
         The plot of precision and recall.
     legend
@@ -170,7 +170,7 @@ class KindsPage(QWidget):
         vbox(head, self.legend, (self.plot, 1), owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def refresh(self) -> None:
-        """Update the page after a change of the verdicts."""
+        """Update the page after the verdicts have changed."""
         data, scopes = self._document.data, [scope.name for scope in self._all]
         verdicts = (v for scope in self._all for clip in scope.clips for v in clip.of_kinds)
         any_verdict = any(verdict.error is not None for verdict in verdicts)
@@ -205,7 +205,7 @@ class KindsPage(QWidget):
         self.plot.setAccessibleDescription("\n".join((plain_text(self.legend.text()), *rows)))
 
     def counts(self) -> dict[str, VerdictCount]:
-        """Return the counts of verdicts in the chosen clips, keyed by the name of the row."""
+        """Return the verdict counts for the chosen clips, keyed by row name."""
         name = self.scopes.currentText()
         scope = next((s for s in self._all if s.name == name), None)
         if scope is None:
@@ -226,9 +226,9 @@ class KindsPage(QWidget):
 
 
 def numbers_of(count: VerdictCount) -> str:
-    """Return a text such as "✓ 5  ✗ 2  + 1  ? 3".
+    """Return verdict counts as text, such as "✓ 5  ✗ 2  + 1  ? 3".
 
-    The numbers are found errors, false alarms, missed errors and undecided intervals.
+    The numbers are those of found errors, false alarms, missed errors and undecided intervals.
     """
     score = count.score
     parts = [f"✓ {score.found}", f"✗ {score.alarms}"]

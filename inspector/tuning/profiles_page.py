@@ -1,4 +1,4 @@
-"""A page about all chains: a table that compares profiles or one that compares detectors."""
+"""A page about all chains, with a table that compares either profiles or detectors."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ _BOTH = tr(
 class ProfilesPage(QWidget):
     """A table of τ and its cost for each chain, or a table of all detectors.
 
-    `chosen` is emitted with the name of a chain that was clicked, and `called` when the page should
-    come to the front.
+    `chosen` is emitted with a chain's name when the user clicks on the chain. `called` is emitted
+    when the page should come to the front.
     """
 
     chosen = Signal(str)
@@ -129,7 +129,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Give the first column the remaining width. If no width remains, let the table scroll."""
+        """Stretch a table's first column to fill the width, or let the table scroll if needed."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))

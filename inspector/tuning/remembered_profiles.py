@@ -1,4 +1,4 @@
-"""Profiles saved for a skeleton or a performer, and offered when a matching clip is opened."""
+"""Save profiles for skeletons and performers, and offer them when a matching clip is opened."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def profile_path(mark: str, performer: str = "") -> Path:
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """Return the saved profile of a performer or, if there is none, of the skeleton.
 
-    The profile is None if there is neither. The second result is an error message, or ''. A damaged
+    Returns a tuple of the profile, or None if none is saved, and an error message, or ''. A damaged
     file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
@@ -70,7 +70,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips, as named by the user or, if not, as found in the file names."""
+    """The performers of clips, as set by the user or, by default, as read from the file names."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -108,7 +108,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Begin to watch for opened clips. `offer` shows a question with its answers."""
+        """Start watching for opened clips. `offer` shows a question with its possible answers."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # declined since the program was started
@@ -120,7 +120,7 @@ class ProfileOffers(QObject):
     def _offer_saved(self) -> None:
         """Offer the saved profile for the open clip, if there is one.
 
-        In an exercise, in a lesson and in a review that has already begun, nothing is offered.
+        Nothing is offered in an exercise, in a lesson or if the review has already begun.
         """
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:

@@ -22,10 +22,10 @@ _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 
 
 class _CountAxis(Axis):
-    """An axis of counts on the scale log(1 + n), so that even a count of one is visible."""
+    """An axis for counts n with the scale log(1 + n), so that even a count of one is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return as many tick positions at round counts as fit."""
+        """Return as many tick positions as fit, at round numbers."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
@@ -85,7 +85,7 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """Show the strength and the paper's m, both in degrees, (frames,).
+        """Show the histograms of the strength and of the paper's m, both in degrees, (frames,).
 
         `m` is None if the strength is the same as m.
         """
@@ -113,13 +113,13 @@ class Histogram(TauPlot):
             self._show_words()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Describe the chosen bar again when the mouse leaves the plot."""
+        """When the mouse leaves the plot, describe the chosen bar again."""
         super().leaveEvent(event)
         self._pointed = -1
         self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Move the label to the new right edge."""
+        """Move the label to the new right edge of the plot."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()

@@ -1,4 +1,4 @@
-"""A page with the settings from which τ is suggested, such as the cost of a false alarm."""
+"""A page with the settings that determine the suggested τ, such as the cost of a false alarm."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LEAVE_OUT = {  # texts of the buttons next to "Leave out"
 
 
 class SuggestionPage(QWidget):
-    """A page with the settings from which τ is suggested.
+    """A page with the settings that determine the suggested τ.
 
     The page also shows the suggested common τ for all chains and the frames that tuning uses.
     """
@@ -83,7 +83,7 @@ class SuggestionPage(QWidget):
         )
 
     def show_wishes(self) -> None:
-        """Show the current settings in the fields."""
+        """Update the fields to show the current settings."""
         self.points.setValue(self._wishes.points)
         self.smallest.setValue(self._wishes.smallest_degrees)
         self.draws.setValue(self._wishes.draws)

@@ -41,9 +41,9 @@ class _Measured:
     curves
         The curves, keyed by detector and chain.
     through
-        The detectors for which the measurement is complete.
+        The names of the detectors whose measurement is complete.
     capture
-        The frames that are measured; None before the first measurement.
+        The frames in which the cost is measured; None before the first measurement.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -54,9 +54,9 @@ class _Measured:
 class Costs(QObject):
     """Measures the cost of τ in the open clip, for each detector and chain, and caches the results.
 
-    A cost curve depends on the clip, the verdicts and the frames that are left out. If one of these
-    changes, a running measurement is stopped. The current detector is measured first, then the
-    detectors requested with `needs`. Nothing is measured unless a view of the costs is visible.
+    A cost curve depends on the clip, the verdicts and the frames excluded from tuning. If one of
+    these changes, a running measurement is stopped. The current detector is measured first, then
+    the detectors requested with `needs`. Nothing is measured unless a view of the costs is visible.
     """
 
     changed = Signal()
@@ -100,17 +100,17 @@ class Costs(QObject):
 
     @property
     def capture(self) -> Capture | None:
-        """The frames that are measured, which do not include blends at the ends of the clip.
+        """The frames in which the cost is measured, excluding blends at the ends of the clip.
 
         The value is None before the first measurement.
         """
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return how many intervals of a chain a detector lists at τ (radians), or None if unknown.
+        """Return the number of intervals that a detector lists for a chain, or None if unknown.
 
-        For the current detector, the counts are exact. For other detectors, they are the counts at
-        the nearest measured τ.
+        `tau` is the threshold in radians. For the current detector, the counts are exact. For other
+        detectors, they are the counts at the nearest measured τ.
         """
         data, state = self._document.data, self._document.review.state
         if data is None or method != state.method or chain not in state.tau:
@@ -128,10 +128,11 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the common cost of several τ, and the number of intervals that they list.
+        """Return the combined cost of several chains at their τ, and the listed interval counts.
 
-        `tau` is in radians, keyed by chain. Listed intervals that were rejected are counted as
-        false alarms. Returns None if one of the chains has not been measured.
+        `tau` is in radians, keyed by chain. The detector lists intervals at these τ. Rejected
+        intervals among them are counted as false alarms. Returns None if one of the chains has not
+        been measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
@@ -156,7 +157,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """Return True if more curves of a detector are still to be measured."""
+        """Return True if some curves of a detector have not been measured yet."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -330,5 +331,5 @@ class Costs(QObject):
 
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
-    """Return the verdicts on errors of chains. Verdicts on limb flips are left out."""
+    """Return the verdicts on errors of chains, without the verdicts on limb flips."""
     return tuple(filter(is_verdict, state.intervals))

@@ -44,7 +44,7 @@ class TauPlot(Canvas):
     """A plot with τ, in degrees, on the horizontal axis.
 
     When the user drags the τ line or double-clicks, `asked` is emitted with the new τ in degrees,
-    and with True during a drag.
+    and a flag that is True during a drag.
     """
 
     asked = Signal(float, bool)  # τ in degrees; True during a drag

@@ -29,7 +29,7 @@ _WIDTH = len(_HEADS)
 
 @dataclass(frozen=True)
 class Column:
-    """A profile (τ for each chain) to show in the table, with its displayed name."""
+    """A profile (τ for each chain) to compare in the table, with its displayed name."""
 
     name: str
     profile: Profile
@@ -45,7 +45,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The table of the costs of τ, with one row for each chain and a last row for all chains.
+    """A table of the cost of τ, with one row for each chain and a last row for all chains.
 
     Each profile has four columns.
     """
@@ -62,7 +62,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return the texts of a row. Values that are equal in both profiles are dimmed."""
+        """Return a row's cell texts. Values that are equal in both profiles are dimmed."""
         sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -81,7 +81,7 @@ class ComparisonModel(RowModel[_Line]):
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector of a profile, by default the current detector."""
+        """Return the name of a profile's detector or, by default, of the current detector."""
         return column.profile.method or self._document.review.state.method
 
     @property
@@ -158,7 +158,7 @@ class ComparisonModel(RowModel[_Line]):
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:
-        """Return the common cost of a profile's τ for some chains, or None if not measured yet.
+        """Return the combined cost of a profile's τ for some chains, or None if not measured yet.
 
         Chains without a τ in the profile are ignored.
         """

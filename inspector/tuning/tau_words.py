@@ -1,4 +1,4 @@
-"""Texts about the cost of τ, about differences in cost, and about intervals without a verdict."""
+"""Texts about the cost of τ, differences in cost, and intervals without a verdict."""
 
 from __future__ import annotations
 
@@ -41,8 +41,9 @@ def suggestion_text(
 ) -> str:
     """Return a text with the suggested τ and its advantage over the current τ.
 
-    If no τ is better than `present`, the current τ in radians, the text shows the range of τ with
-    the same cost. `gain` returns a text about the difference in cost between two τ in radians.
+    `present` is the current τ in radians. If no τ is better, the text shows which range of τ has
+    the same cost. `gain` returns a text about the difference in cost between two values of τ in
+    radians.
     """
     suggested = wishes.suggested(curve, present)
     if suggested != present:
@@ -55,7 +56,10 @@ def suggestion_text(
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
-    """Return a text about the change in cost of a chain from `before` to `now`, τ in radians."""
+    """Return a text about the change in a chain's cost if its τ changes from `before` to `now`.
+
+    Both values of τ are in radians.
+    """
     old, new = (costs.cost(method, {chain: tau}) for tau in (before, now))
     curve = costs.by(method).get(chain)
     if old is None or new is None or curve is None:

@@ -44,7 +44,7 @@ class TuningActions:
     window: QWidget
 
     def load_profile(self) -> None:
-        """Let the user choose a profile file, and use its τ."""
+        """Ask for a profile file, and use its τ."""
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
@@ -91,7 +91,7 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """If the clip belongs to a lesson or an exercise, show why τ is not saved; return True."""
+        """If a lesson or an exercise owns the clip, show why τ is not saved, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -116,7 +116,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Ask for one or two profiles, and compare them."""
+        """Ask for one or two profile files, and compare the profiles."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
@@ -152,14 +152,14 @@ class TuningActions:
     # -- frames left out of tuning -----------------------------------------------------------
 
     def leave_out_interval(self) -> None:
-        """Leave the frames of the selected interval out of tuning."""
+        """Exclude the frames of the selected interval from tuning."""
         if (judged := self.document.interval) is None:
             self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the frames between `ends` out of tuning, unless this is the whole clip.
+        """Exclude the frames between `ends` from tuning, unless this is the whole clip.
 
         `ends` are the first and the last frame that the plots show.
         """
@@ -173,9 +173,9 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave the frames [start, stop) out of tuning, in one undo step.
+        """Exclude the frames [start, stop) from tuning, in one undo step.
 
-        The session stores the frames that are left out.
+        The excluded frames are stored in the session.
         """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
@@ -188,7 +188,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Use all frames for tuning again, except blends at the ends of the clip."""
+        """Include all frames in tuning again, except blends at the ends of the clip."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
             self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 

@@ -172,7 +172,7 @@ class TuningPanel(QWidget):
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
-        """Update the panel after changes of the document."""
+        """Update the panel after changes to the document."""
         anything, everything = self._stale.take()
         if not (anything and self._seen):
             return

@@ -35,7 +35,7 @@ _Known = dict[tuple[Path, int, str], JudgedClip | str]
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts in some clips, about one chain or about all chains.
+    """A group of verdicts on the intervals of some clips, for one chain or for all chains.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Scope:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """The result of counting the verdicts.
+    """Verdict counts for the open clip and its folder, with suggestions learned from them.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Evidence:
     learnt
         The learned profiles, keyed by the name of their group.
     skipped
-        The reasons why clips of the folder were left out.
+        The reasons why clips of the folder were skipped.
     """
 
     scopes: tuple[Scope, ...]
@@ -109,9 +109,9 @@ class VerdictEvidence(QObject):
 
     @property
     def _terms(self) -> tuple[float, float]:
-        """The cost of a false alarm, as a share of the errors, and the smallest error to find.
+        """The settings for suggestions: the cost of a false alarm, and the smallest error to find.
 
-        The error is in radians.
+        The cost is a share of the errors, and the smallest error is in radians.
         """
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 

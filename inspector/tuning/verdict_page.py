@@ -32,7 +32,7 @@ _NOTHING = tr(
 
 @dataclass(frozen=True)
 class ScopeLine:
-    """A row of the table: a group of verdicts."""
+    """A table row that shows a group of verdicts."""
 
     name: str
     texts: tuple[str, ...]
@@ -40,7 +40,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The table of the groups of verdicts, with one row for each group."""
+    """The table of verdict groups, with one row for each group."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -58,7 +58,7 @@ class ScopeModel(RowModel[ScopeLine]):
         return thing.name
 
     def describe(self, thing: ScopeLine) -> TableRow:
-        """Return the texts of a row, with its tool tip."""
+        """Return a row's cell texts and its tool tip."""
         return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(
@@ -73,7 +73,7 @@ class ScopeModel(RowModel[ScopeLine]):
 
 
 def suggestion_of(scope: Scope) -> Suggestion | None:
-    """Return the τ that a group of verdicts suggests, for its chain or for all chains."""
+    """Return the suggested τ from a group of verdicts, for its chain or for all chains."""
     if scope.chain or scope.found is None:
         return scope.suggestion
     return scope.found.common
@@ -119,7 +119,7 @@ def _between(what: str, low: str, high: str) -> str:
 
 
 def needed_words(scope: Scope) -> str:
-    """Return a sentence about the verdicts that are still needed to suggest a τ."""
+    """Return a sentence that states which verdicts are still needed to suggest a τ."""
     errors, own = scope.curve.needed
     if scope.curve.enough:
         return of_core(scope.curve.one_sided_sentence)
@@ -149,7 +149,7 @@ def needed_words(scope: Scope) -> str:
 
 
 class VerdictPage(QWidget):
-    """A page with the precision, the recall and the suggested τ of a group of verdicts.
+    """A page with the precision, the recall and the suggested τ for a group of verdicts.
 
     `asked` is emitted with the new τ when the user changes τ.
     """
@@ -194,7 +194,7 @@ class VerdictPage(QWidget):
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """In a narrow page, shorten long sentences to one line with a tool tip."""
+        """If the page is narrow, shorten long sentences to one line and add a tool tip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
         self._show_scope()

@@ -27,7 +27,7 @@ class PrecisionPlot(TauPlot):
     """A plot of precision and recall over τ, with confidence bands.
 
     A triangle marks the suggested τ. For comparison with the recall, a dotted curve shows the share
-    of injected errors that are repaired. Precision is not drawn below the τ at the dashed line,
+    of injected errors that are repaired. Precision is drawn only to the right of the dashed line,
     because no interval with a lower strength was reviewed.
     """
 
@@ -72,7 +72,7 @@ class PrecisionPlot(TauPlot):
         self.injected.setData(x, _percent(np.asarray(y)))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Plot precision and recall of a group of verdicts, with the suggested τ.
+        """Plot the precision and recall for a group of verdicts, with the suggested τ.
 
         None clears the plot.
         """
@@ -114,7 +114,7 @@ class _ShareAxis(Axis):
 
 
 class ReliabilityPlot(Canvas):
-    """A plot of the share of accepted intervals at each confidence, before and after learning.
+    """A plot of the share of accepted intervals over the confidence, before and after learning.
 
     Ideally, all dots are on the diagonal. A larger dot represents more intervals, and the bar
     through a dot is the confidence interval of the share.

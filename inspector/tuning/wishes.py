@@ -1,4 +1,4 @@
-"""The user's settings from which the program suggests τ."""
+"""The user's settings that determine the suggested τ."""
 
 from __future__ import annotations
 

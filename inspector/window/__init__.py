@@ -1,1 +1,1 @@
-"""The main window: the table of actions, the functions that they call, and all dialogs."""
+"""The main window: the table of actions, the functions that the actions call, and all dialogs."""

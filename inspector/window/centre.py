@@ -24,9 +24,9 @@ _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 class Centre(QWidget):
     """The central widget of the window: reviewer line, 3D view and transport, without gaps.
 
-    Messages appear over the upper edge of the 3D view. There, they do not move other widgets and do
-    not cover the figure, which is below the legend. The Esc key closes a message unless a shortcut
-    or the focused widget uses the key.
+    Messages are drawn over the upper edge of the 3D view. In this position they neither move other
+    widgets nor cover the figure. The Esc key closes a message unless a shortcut or the focused
+    widget uses the key.
     """
 
     def __init__(self, window: HostWindow) -> None:

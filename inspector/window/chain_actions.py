@@ -100,7 +100,7 @@ class ChainActions:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Remove the selected chain and its intervals, and show how many intervals these were."""
+        """Remove the selected chain and its intervals, and show the number of removed intervals."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
@@ -117,7 +117,7 @@ class ChainActions:
         document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """Return to the chains that the program finds automatically."""
+        """Restore the chains that the program finds automatically."""
         if self._open():
             self._change(
                 AS_FOUND,
@@ -145,7 +145,10 @@ class ChainActions:
             self.document.change_chains(rig, what)
 
     def keep_rig(self) -> None:
-        """Save the chains of the clip for all clips with this skeleton that have no session yet."""
+        """Save the clip's chains for its skeleton.
+
+        Other clips with this skeleton use these chains if they have no session yet.
+        """
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return

@@ -89,11 +89,11 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the name in the file of the joint that is displayed as `seen`."""
+        """Return a joint's name in the file, given its displayed name `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """Update the lists of joints below the list that has changed.
+        """After a change in one joint list, update the lists below it.
 
         `place` is the number of the changed list: 0 for the parent, 1 for the child.
         """
@@ -114,7 +114,7 @@ class ChainDialog(QDialog):
     def _choose_first_good(self, place: int) -> None:
         """Select the first joint of a list that forms a valid chain with the joints above it.
 
-        `place` is the number of the list; the list of parents is 0.
+        `place` is the number of the list: 0 for the parent, 1 for the child, 2 for the grandchild.
         """
         data, box = self._document.data, self.joints[place]
         assert data is not None

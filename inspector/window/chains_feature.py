@@ -27,7 +27,7 @@ class Chains(FeatureParts):
         self.chains = ChainsPanel(window.document, window.colours, names)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the actions and the context menu of the list of chains."""
+        """Build the actions and the context menu for the list of chains."""
         listed = [row.id for row in _ROWS if row is not None and row.in_list]
         self.chains.table.addActions([window.actions_by_id[name] for name in listed])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)

@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, one performs a whole review."""
+"""Scripts that operate the window: one takes a screenshot, the other performs a whole review."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ _GIVE_UP_MS = 120_000
 class Script(QObject):
     """A script that opens a file and then operates the window in steps.
 
-    Between the steps, the window has time to redraw. After the last step, the window is closed. A
-    question or a dialog is an error, because no user can answer it.
+    The window can redraw between the steps, and is closed after the last step. If a question or a
+    dialog appears, the script fails, because there is no user to answer.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class Script(QObject):
 
 
 def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
-    """Take a screenshot of the first interval of a clip, or of the empty window."""
+    """Return a script that saves a screenshot of a clip's first interval or the empty window."""
 
     def steps(script: Script) -> list[Callable[[], None]]:
         review, shoot = window.review_actions, partial(script.shoot, picture)
@@ -158,7 +158,7 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Accept every interval in the window, export the clip, and save a screenshot."""
+    """Return a script that accepts every interval, exports the clip and saves a screenshot."""
     folder = folder.absolute()  # the exporter would resolve a relative path from the clip's folder
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)

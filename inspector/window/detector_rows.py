@@ -1,4 +1,4 @@
-"""The rows of the action table with which the user chooses a detector."""
+"""The rows of the action table for choosing a detector."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ class ExportDialog(WriteDialog):
 
     @property
     def looking(self) -> bool:
-        """True while existing files at the target path are being read."""
+        """True while the dialog reads existing files at the target path."""
         return self._look.running
 
     def when_checked(self, then: Callable[[], object]) -> None:
@@ -169,7 +169,7 @@ class ExportDialog(WriteDialog):
         self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
-        """Return the options that the user has chosen."""
+        """Return the chosen export options."""
         return ExportChoice(
             self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),
@@ -179,7 +179,7 @@ class ExportDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Return the file name pattern for clips in the format of this clip."""
+        """Return the file name pattern for clips in this clip's format."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
 
@@ -202,7 +202,7 @@ def _tracking_words(tracking: Tracking) -> str:
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the check box that also corrects undecided intervals."""
+    """Return the label of the check box that includes undecided intervals in the correction."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",

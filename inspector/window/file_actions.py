@@ -40,7 +40,7 @@ _CHAINS = 160  # height in pixels of the list of chains below the list of clips
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """The actions that open, save and export files, and that list folders and recent files.
+    """The actions that open, save and export files, analyse folders, and list recent files.
 
     `begin` is a function that goes to the first undecided interval.
     """
@@ -103,7 +103,7 @@ class FileActions(Saving):
             self.document.opener.open(path, self.queue.profile_of(path))
 
     def open_dialog(self) -> None:
-        """Let the user choose a file and open it."""
+        """Ask for a file, and open it."""
         patterns = tr("Motion and sessions") + f" ({CLIPS_AND_SCENES} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(
@@ -120,7 +120,7 @@ class FileActions(Saving):
         self.open_path(path)
 
     def open_folder(self) -> None:
-        """Let the user choose a folder and analyse its clips."""
+        """Ask for a folder, and analyse its clips."""
         ask_folder(self.window, tr("Open folder"), self.open_path, start=self.document.folder)
 
     def open_queue(self, folder: Path) -> None:
@@ -186,7 +186,7 @@ class FileActions(Saving):
     def _open_worst(self, path: Path) -> None:
         """Open the worst clip of the folder.
 
-        If other clips are still being analysed, show that this clip is the worst so far.
+        If other clips are still being analysed, show a message that this clip is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -361,7 +361,7 @@ class FileActions(Saving):
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """Record the export in the session, save it, and open the next clip of the folder."""
+        """Record the export in the session, save the session, and open the folder's next clip."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:
@@ -382,7 +382,7 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """Return True if the user is busy or has changed the review since the state `since`.
+        """Return True if the user is busy, or if the review is no longer in the state `since`.
 
         In that case, no other clip may be opened automatically.
         """

@@ -221,7 +221,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the joint roles and the chains that result from the user's choices."""
+        """Update the table and the chain list to match the user's choices."""
         data = self._document.data
         if data is None:
             return
@@ -246,7 +246,7 @@ class JointNamesDialog(QDialog):
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, chosen: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in the role of each joint and how it was recognised.
+        """Fill the table with the role of each joint and the way in which it was recognised.
 
         Parameters
         ----------
@@ -283,21 +283,21 @@ class JointNamesDialog(QDialog):
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return a text with the numbers of chains and twist bones: '10 chains, 12 twist bones'."""
+    """Return the number of chains and twist bones as text: '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Return the text to display for the role `taken` of a joint of an arm or leg."""
+    """Return the displayed name of the joint role `taken`, which belongs to an arm or a leg."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return the text to display for the role `name` of a joint outside the arms and legs."""
+    """Return the displayed name of the joint role `name`, which is not part of an arm or leg."""
     if name.helper:
         return tr("twist bone")
     if name.other:

@@ -1,4 +1,4 @@
-"""The list of keyboard shortcuts and mouse gestures, for a window and for docs/shortcuts.md."""
+"""The list of keyboard shortcuts and mouse gestures, as a window and for docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ _MOUSE = (
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     """Return a table of keyboard shortcuts and mouse gestures as Markdown.
 
-    `wanted` are search words. A row is listed only if its keys, menu and description contain all
-    of them.
+    `wanted` contains search words. A row is included only if its keys, menu and description
+    together contain all of these words.
     """
     words = wanted.lower().split()
 
@@ -92,7 +92,7 @@ def _does(row: ActionRow[Any]) -> str:
 class KeyboardPage(QWidget):
     """A window with a search field above a list of keyboard shortcuts and mouse gestures.
 
-    Esc closes the window. Shortcuts of the program with Ctrl work in this window, too.
+    Esc closes the window. The program's Ctrl shortcuts also work in this window.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:
@@ -127,7 +127,7 @@ class KeyboardPage(QWidget):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Open the window of keyboard shortcuts, and focus its search field."""
+    """Open the keyboard shortcuts window, and focus its search field."""
     page = KeyboardPage(menus, window)
     page.show()
     page.activateWindow()  # so that Esc reaches this window

@@ -34,7 +34,7 @@ class LowWindow:
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """Prepare the two layouts, of which the normal one is in use.
+        """Prepare both layouts. The normal layout is in use initially.
 
         `parts` are the widgets that have a second layout for low windows.
         """
@@ -59,7 +59,7 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """In a low window, hide the titles of docks in tabs, because the tabs show them."""
+        """In a low window, hide the titles of tabbed docks, because the tabs already show them."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
@@ -68,9 +68,9 @@ class LowWindow:
 def is_seen(dock: QDockWidget) -> bool:
     """Return True if a dock is visible on the screen.
 
-    `isVisible` is not enough: Qt also reports docks behind other tabs as visible, although they are
-    outside the window. The visible region cannot be used either, because the content of a dock may
-    cover all of it.
+    `isVisible` is not enough, because Qt also reports docks behind other tabs as visible. Such
+    docks are positioned outside the window. The visible region cannot be used either, because the
+    dock's content may cover it completely.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)

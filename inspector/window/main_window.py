@@ -222,7 +222,7 @@ class MainWindow(Parts):
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show floating panels after the main window, which would cover them if shown later."""
+        """Show floating panels after the main window, so that it does not cover them."""
         super().showEvent(event)
         self.usual_layout.window_shown()
 

@@ -1,4 +1,4 @@
-"""The attributes of the window that the action table uses."""
+"""The window attributes that the action table uses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The preferences dialog: the reviewer's name, the number of the first frame, and shortcuts."""
+"""The preferences dialog, with settings such as the reviewer's name and the shortcuts."""
 
 from __future__ import annotations
 

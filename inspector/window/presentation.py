@@ -93,14 +93,17 @@ class Presentation:
         window.statusBar().clearMessage()  # Qt would draw it on top of the frame
         self.set_full_screen(self._full)
         window.restoreState(layout)
-        # A lesson may have begun, ended or turned to a page with another tab
+        # A lesson may have begun, ended or opened a page with a different tab
         if now["guide"] != before["guide"]:
             self._docks["guide"].setVisible(now["guide"])
         if now["teaching"] != before["teaching"]:
             bring_to_front(self._docks["teaching" if now["teaching"] else "intervals"])
 
     def set_full_screen(self, on: bool) -> None:
-        """Turn full screen on or off. A window that was maximised before is maximised again."""
+        """Turn full screen on or off.
+
+        When full screen ends, a window that was maximised before is maximised again.
+        """
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 

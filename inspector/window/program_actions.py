@@ -29,7 +29,7 @@ _ICON = 64  # pixels
 class ProgramActions:
     """The actions for the theme, the preferences, the command palette and the help.
 
-    `ticks` are the check boxes that the preferences show for settings of features.
+    `ticks` are the check boxes for feature settings in the preferences.
     """
 
     document: Document
@@ -65,7 +65,7 @@ class ProgramActions:
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the settings for reviewer, numbering of frames and keyboard shortcuts."""
+        """Apply the settings for the reviewer, the frame numbering and the keyboard shortcuts."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)

@@ -38,8 +38,8 @@ class ReviewActions:
     Attributes
     ----------
     card
-        The card with details of the selected interval. Without an interval, the card explains why
-        nothing was found at the current frame.
+        The card with details of the selected interval. If no interval is selected, the card
+        explains why nothing was found at the current frame.
     show_card
         A function that brings the card to the front.
     look
@@ -77,7 +77,7 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        # Wait until the playhead has moved. Turn the camera only if the limb is not visible.
+        # Wait until the playhead has moved. Rotate the camera only if the limb is not visible.
         find = QTimer(self.window, singleShot=True, interval=0)
         find.timeout.connect(lambda: None if self.sees() else self.look())
         document.interval_changed.connect(
@@ -102,8 +102,8 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
-        If the selected interval is outside the visible range of the plots, it is only brought into
-        view; the user then decides after seeing it.
+        If the selected interval is outside the visible range of the plots, only scroll the plots to
+        it, so the user sees it before deciding.
         """
         if self._out_of_view():
             return
@@ -257,12 +257,12 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Group related errors in the list of intervals or not, and save this choice."""
+        """Turn the grouping of related errors in the interval list on or off. Save the choice."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Set and save the order of visiting intervals: 'worst', 'time' or 'chain'."""
+        """Set and save the order in which intervals are visited: 'worst', 'time' or 'chain'."""
         self.settings.order = order
         self.document.set_order(order)
         self.intervals.order_by(order)
@@ -370,10 +370,10 @@ class ReviewActions:
             self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch whether the correction of the selected interval also rotates the joints below it.
+        """Switch whether the selected interval's correction also rotates the joints below.
 
-        These are the hand or foot of a flip, or the joints below a stretch. If the correction does
-        not rotate them, they keep their captured rotation.
+        For a flip, these joints are the hand or foot; for a stretch, all joints below the rotated
+        joint. If the correction does not rotate them, they keep their captured rotation.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
@@ -518,7 +518,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
 def weak_candidates(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """Return the intervals that the review's detector finds with half of τ, but not with τ.
 
-    Intervals that overlap an interval of the review are left out.
+    Intervals that overlap an interval of the review are excluded.
     """
     if clip.usable(state.method) != state.method:
         return []

@@ -41,7 +41,7 @@ class ReviewSigns:
         document, title = self._window.document, "Twist Inspector"
         data = document.data
         look = tr(" (read-only)") if document.keeper.read_only else ""
-        # Qt replaces [*] by a mark for changes; doubled, it is shown as it is
+        # Qt replaces [*] with a mark for changes; if doubled, it is shown unchanged
         name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""
         self._window.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
 

@@ -26,12 +26,15 @@ _MOST = 100  # number of file names to try
 
 
 def open_sample(parts: Parts) -> None:
-    """Open the user's copy of the sample at its worst interval, with the skin and side by side."""
+    """Open the user's copy of the sample at its worst interval, showing the striped skin.
+
+    The poses before and after the correction are shown side by side.
+    """
     parts.files.open_then(own_copy(SAMPLE), partial(_begin, parts))
 
 
 def own_copy(bundled: Path) -> Path:
-    """Return the copy of a bundled clip in the user's documents, and create it if necessary.
+    """Return the user's own copy of a bundled clip, creating it in their documents if necessary.
 
     If there is another file with this name, the copy gets the next free name. If the folder is
     read-only, the path of the bundled clip is returned.

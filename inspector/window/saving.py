@@ -23,7 +23,7 @@ _AUTOSAVE_MS = 60_000  # time after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves the decisions of a review, without a modal dialog unless the window closes.
+    """Saves the decisions of a review. Modal dialogs are shown only when the window closes.
 
     Decisions that are not saved stay in the journal. `tell_saved` is called when the session is on
     disk.
@@ -79,7 +79,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """If the clip belongs to a lesson or an exercise, show why it is not saved; return True."""
+        """If a lesson or an exercise owns the clip, show why it is not saved, and return True."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -87,7 +87,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Save unsaved decisions or leave them in the journal, then call `then`.
+        """Save unsaved decisions or keep them in the journal, then call `then`.
 
         If the user must be asked, the question is not modal.
         """
@@ -130,7 +130,7 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """Return True if the review is saved or is never saved, as in a lesson."""
+        """Return True if the review is saved or, as in a lesson, does not need to be saved."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
@@ -163,7 +163,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show an error message when the next clip is open, because opening clears messages."""
+        """Show an error message after the next clip has opened, because opening clears messages."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -185,7 +185,7 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """Return True if no decision is lost when the window closes.
+        """Return True if the window can close without losing any decision.
 
         Each decision must be saved, written to the journal, or discarded by the user. If `ask` is
         True, ask the user when necessary.
@@ -221,7 +221,7 @@ class Saving:
         return answer == button.Discard
 
     def _closes_without_handing_in(self, text: str) -> bool:
-        """Ask whether to hand in the decisions to a class. Return True to close now.
+        """Ask whether to hand in the decisions to a class. Return True to close the window now.
 
         If the user chooses to hand in, the window closes afterwards.
         """
@@ -248,7 +248,7 @@ class Saving:
     def _ask_to_close(self, text: str, save: str, close: str) -> int:
         """Ask a question, and return the chosen button: Save, Discard or Cancel.
 
-        `save` and `close` are the texts of the Save button and the Discard button.
+        `save` and `close` are the labels of the Save button and the Discard button.
         """
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel

@@ -1,4 +1,4 @@
-"""Save changed settings within a second, so that they survive a crash.
+"""Save changed settings within a second, so that a crash does not lose them.
 
 This module also remembers how the figure is drawn for each kind of error.
 """
@@ -21,7 +21,7 @@ _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draws the figure as the user prefers it for the kind of the selected interval."""
+    """Draws the figure in the way the user prefers for the selected interval's kind of error."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class KeptLooks(QObject):
         is_busy: Callable[[], bool],
         parent: QObject,
     ) -> None:
-        """Draw the figure as the user has last chosen.
+        """Draw the figure in the way that the user chose last.
 
         `is_busy` is a function that returns True while a lesson or the teaching tab decides how to
         draw the figure.
@@ -72,7 +72,7 @@ class SettingsKeeper(QObject):
         tell: Callable[[str], object],
         parent: QObject,
     ) -> None:
-        """Begin to check the settings.
+        """Start checking the settings.
 
         Parameters
         ----------

@@ -56,7 +56,7 @@ class ToolBar(QToolBar):
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """After a change of font or style, show as many labels as fit, and restore the margins."""
+        """After a font or style change, show as many labels as fit, and restore the margins."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.StyleChange and (layout := self.layout()) is not None:
             layout.setContentsMargins(*4 * (_MARGIN,))

@@ -108,7 +108,8 @@ class UsualLayout(QObject):
         docks
             The docks in their initial positions, keyed by object name.
         controls
-            The controls below the figure, which floating panels do not cover initially.
+            The controls below the figure. Floating panels are placed so that they do not cover
+            them.
         compact
             The widgets that have a layout for low windows, see :class:`LowWindow`.
         """
@@ -142,9 +143,9 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore the saved geometry and layout of the window; '' means the initial one.
+        """Restore the window's saved geometry and layout. If a value is '', use the initial one.
 
-        Both parameters are bytes from Qt as hexadecimal text.
+        Both parameters are the bytes saved by Qt, as hexadecimal strings.
         """
         window = self._window
         room = window.screen().availableSize()  # includes the borders of the window
@@ -162,7 +163,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels after the main window, which would cover them if shown later."""
+        """Show floating panels after the main window, so that it does not cover them."""
         if self._restored:
             self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
@@ -189,7 +190,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Limit the sizes of restored panels, which may come from another screen."""
+        """Limit the sizes of restored panels, which may have been saved on a different screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):
@@ -237,7 +238,7 @@ class UsualLayout(QObject):
             self._window.resizeDocks([self._docks["clips"]], [size], Qt.Orientation.Horizontal)
 
     def _divide_column(self, chains: int | None = None) -> None:
-        """Set the height of the list of chains. The panels above it get the rest of the column."""
+        """Set the height of the list of chains. The panel above it gets the rest."""
         parts = [self._docks["intervals"], self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
@@ -264,7 +265,10 @@ class UsualLayout(QObject):
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
-        """Return the default values of `_sizes`, in pixels, for the current size of the window."""
+        """Return the default panel sizes, in pixels, for the current size of the window.
+
+        The order is the same as in `_sizes`.
+        """
         wide, high = self._window.width(), self._window.height()
         least = round(_LOW_CURVES * high)
         curves = least if self._low.low else _CURVES.of(high)
@@ -274,7 +278,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """Return True if all panels with a set size are visible. A presentation hides some."""
+        """Return True if all panels whose size is set are visible. Presentations hide some."""
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _dragged_sizes(self) -> tuple[int, ...]:

@@ -1,9 +1,9 @@
 """Ignore verdict keys that repeat or that are pressed too early.
 
 A verdict key (accept or reject) takes effect only once per press, and only after the interval has
-been painted. While a key is held down, Qt mistakes many repeats for new presses, because the next
-press may not have arrived when Qt handles the release. Such a repeat has the same time stamp as the
-release before it; a real press has a later one.
+been painted. While a key is held down, Qt reports many automatic repeats as new presses, because
+the next press may not have arrived when Qt handles the release. A repeat has the same time stamp as
+the release before it; a real press has a later time stamp.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class VerdictKeyFilter(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Ignore a repeated key, and any key before the interval has been painted.
 
-        Clicks are never ignored, because they are slower than repeated keys.
+        Mouse clicks are never ignored, because they are slower than repeated keys.
         """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()
