@@ -40,9 +40,9 @@ class ClipSurvey:
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
-        The reason why nothing in the clip could be examined, or an empty string.
+        The reason why no part of the clip could be examined, or an empty string.
     missing_frames : int
-        Number of frames that the header declares but the file does not have.
+        Number of frames that the header declares but that are missing from the file.
     unexamined : int
         Number of arms and legs that no chain examines.
     automatic : tuple of AutomaticCorrection
@@ -116,7 +116,7 @@ def survey_folder(
 ) -> list[ClipSurvey]:
     """Survey all clips in a folder, with the worst clip first.
 
-    Clips that this program exported from other clips in the folder are left out.
+    Clips that this program exported from other clips in the folder are skipped.
 
     Parameters
     ----------

@@ -130,7 +130,8 @@ def run_batch(
     limits
         The time and memory allowed for each clip.
     part
-        The index (from 1) and the number of shards. Only this shard's clips are processed.
+        The index of this shard, counted from 1, and the number of shards. Only this shard's clips
+        are processed.
     begin
         A function that is called with the plan of the run. It returns a function that is called for
         each finished clip.
@@ -160,7 +161,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress. It stores the result and the corrected file of each finished clip."""
+    """A batch run in progress, which stores the results and corrected files of finished clips."""
 
     def __init__(
         self,
