@@ -58,7 +58,7 @@ class Poses:
     offsets
         The rest offsets in the file, metres, shape (24, 3); None if there are none.
     notes
-        A sentence for each assumption and each part that was left out.
+        A sentence for each assumption and each skipped part.
     """
 
     rotations: Array
@@ -190,7 +190,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 def _by_frames(names: Names) -> dict[Any, Names]:
     """Convert a dict of frames, each with its people's data, to the arrays of each person.
 
-    Frames in which a person was not seen, so that the last pose is repeated, are left out.
+    Frames in which a person was not visible are skipped, because they only repeat the last pose.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -216,7 +216,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of frames of a person, for a message."""
+    """Return the number of frames of a person, for use in a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 

@@ -56,7 +56,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """Raise PosesError if a number is NaN, infinite or larger than a million."""
+    """Raise PosesError if a number is NaN, infinite, or at least a million in magnitude."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])

@@ -12,7 +12,7 @@ __all__ = ["corrected", "resampled", "sample_times"]
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of the 25 Hz samples of a clip, in (fractional) frames, (samples,).
+    """Return the times of the 25 Hz samples of a clip, in fractional frames, shape (samples,).
 
     `frames` is the number of frames of the clip, and `dt` is its frame time in seconds.
     """
