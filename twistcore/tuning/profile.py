@@ -58,7 +58,7 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return τ in radians, keyed by chain name. Chains that the profile lacks are left out."""
+        """Return τ in radians, keyed by chain name. Chains without a τ are omitted."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
@@ -69,9 +69,9 @@ class TauReasons:
     Parameters
     ----------
     accepted, rejected
-        Numbers of accepted and rejected intervals of the chain.
+        Number of accepted and number of rejected intervals of the chain.
     low, high
-        The range, in degrees, that contains 90 % of the τ suggested by resampled verdicts.
+        The range, in degrees, that contains 90 % of the τ values suggested by resampled verdicts.
     """
 
     accepted: int
@@ -187,7 +187,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be the same in all tables that have the key.
+    """Return the value of a key, which must be the same in all tables that contain the key.
 
     Raises FormatError if the values differ.
     """

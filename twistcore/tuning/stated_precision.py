@@ -1,9 +1,9 @@
 """Estimate from a few verdicts how many automatic corrections in a folder correct real errors.
 
-Verdicts on the worst intervals say little about the other intervals, because large errors are more
-often real. Therefore, :func:`informative_order` spreads the first verdicts evenly over all
-confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then gives
-the precision of the corrections without a verdict.
+Verdicts on the worst intervals say little about the other intervals, because large detections are
+more often real errors. Therefore, :func:`informative_order` spreads the first verdicts evenly over
+all confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then
+gives the precision of the corrections without a verdict.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def verdicts_on(
 
 
 def informative_order(confidence: Array) -> list[int]:
-    """Return an order in which to judge corrections, so that few verdicts represent them all.
+    """Return an order for judging corrections in which the first verdicts represent all of them.
 
     Parameters
     ----------
