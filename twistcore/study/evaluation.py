@@ -114,8 +114,8 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare a corrected clip with its clean source.
 
-    The clip with errors is rebuilt from the clean clip and the truth, so that only changes made by
-    the correction count as damage.
+    The clip with errors is reconstructed from the clean clip and the truth, so that only changes
+    made by the correction count as damage.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
 
 
 def segment_of(chain: Chain) -> str:
-    """Return a chain's segment for tables, such as 'Leg', or 'whole leg' for a limb."""
+    """Return a chain's body segment for tables, such as 'Leg', or 'whole leg' for a limb."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
@@ -248,7 +248,7 @@ def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def evaluation_to_text(evaluation: Evaluation) -> str:
-    """Return the evaluation as a table like the paper's Table 2.
+    """Return the evaluation as a text table in the layout of [Choi26 Table 2].
 
     The overall row is the last one.
     """

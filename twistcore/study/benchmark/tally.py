@@ -1,4 +1,4 @@
-"""Counts and sums as integers, so that results depend neither on the order nor on the machine."""
+"""Counts and sums as integers, so that they are the same on any machine and for any clip order."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ class Tally:
     before, after, before_squared, after_squared
         Sums of the errors in these frames, and of their squares, before and after the correction.
     repaired, worse
-        Number of error frames that are repaired, and that become worse by more than half a degree.
+        Number of error frames that are repaired, and of error frames in which the error grows by
+        more than half a degree.
     pairs
-        Number of clean pairs of all chains.
+        Number of clean pairs (pairs without an error) of all chains.
     damaged, damage
         Number of clean pairs that the method changes by more than 1°, but not in the clean clip,
         and the sum of these changes.
@@ -78,7 +79,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The protocol, method and chains that a tally counts.
+    """The protocol, the method and the kind of chain to which a tally applies.
 
     Attributes
     ----------
