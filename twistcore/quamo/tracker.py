@@ -241,7 +241,7 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip causally. The result is the same as that of a :class:`Stepper`.
+    """Track a whole clip causally, which gives the same result as a :class:`Stepper`.
 
     Parameters
     ----------

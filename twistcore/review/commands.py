@@ -262,7 +262,7 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new threshold τ, and replace intervals by those that are detected with it.
+    """Set a new threshold τ, and replace intervals by the ones detected with it.
 
     The rules are:
 

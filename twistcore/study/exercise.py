@@ -93,7 +93,7 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
 def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
     """Return the correct stretches between the errors of each chain, as more intervals to judge.
 
-    Their offset is opposite to that of the errors. If it were removed, these stretches would look
+    Their offset is the opposite of the errors' offset. If it were removed, these stretches would look
     like the wrong stretches around them. Thus, neither the number nor the offsets of the intervals
     reveal the errors.
     """

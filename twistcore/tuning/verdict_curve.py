@@ -294,7 +294,7 @@ def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Counts of accepted and rejected intervals, and of those that are detected at one τ.
+    """Counts of accepted and rejected intervals, and how many of each are detected at one τ.
 
     Parameters
     ----------

@@ -68,9 +68,9 @@ class CleanScene:
     def targets(self) -> tuple[Chain, ...]:
         """The chains or limbs in which the protocol injects errors.
 
-        Depending on the protocol, these are all chains, all limbs, or only one type of chain: those
-        that can be straightened, those that can have carried rolls, or those with a foot or a hand
-        at the end.
+        Depending on the protocol, these are all chains, all limbs, or only one type of chain:
+        chains that can be straightened, chains that can have carried rolls, or chains that end in
+        a foot or a hand.
         """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)

@@ -107,7 +107,7 @@ def evaluation_report(
 
 
 def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str, Method]:
-    """Return the evaluated methods: first the causal ones, then those that need the whole clip."""
+    """Return the evaluated methods: first the causal ones, then those needing the whole clip."""
     known = baseline_methods(sequences)
     offline = {rival.name for rival in RIVALS if not rival.causal}
     methods = {name: method for name, method in known.items() if name not in offline}
