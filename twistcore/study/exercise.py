@@ -93,9 +93,9 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
 def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
     """Return the correct stretches between the errors of each chain, as more intervals to judge.
 
-    Their offset is the opposite of the errors' offset. If it were removed, these stretches would look
-    like the wrong stretches around them. Thus, neither the number nor the offsets of the intervals
-    reveal the errors.
+    Their offset is the opposite of the errors' offset. If it were removed, these stretches would
+    look like the wrong stretches around them. Thus, neither the number nor the offsets of the
+    intervals reveal the errors.
     """
     out: list[Interval] = []
     for chain in dict.fromkeys(e.chain for e in errors):

@@ -1,8 +1,8 @@
 """Methods to compare with the tracker: causal filters, smoothers of whole clips, and an offset.
 
 Each rival has separate settings for rotations and for the root's position. They were chosen from a
-grid on subjects that are not used for any table, among settings whose MPJPE (GRE for the root) is no
-larger than our tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice
+grid on subjects that are not used for any table, among settings whose MPJPE (GRE for the root) is
+no larger than our tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice
 and documents the rule.
 
 Linear filters are applied to the four components of the quaternions, each quaternion in the
