@@ -1,6 +1,7 @@
-"""Write a batch's problems as annotations, which GitHub shows next to a pull request's files.
+"""Write the problems of a batch as annotations, which GitHub shows in a pull request.
 
-An annotation is a line `::error file=…,title=…::…` in the output of a workflow step.
+GitHub shows them next to the affected files. An annotation is a line `::error file=…,title=…::…` in
+the output of a workflow step.
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ def percent_affected(affected: int, frames: int) -> float:
 
 
 def unexamined_limb_sentences(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a sentence for each limb that no chain examines, such as 'left arm not examined: …'.
+    """Return a sentence for each limb that was not examined, such as 'left arm not examined: …'.
 
     `result` is the clip's result document.
     """

@@ -36,7 +36,7 @@ class ClipSurvey:
     intervals : int
         Number of intervals found.
     severity : float
-        The root mean square of all visible errors over the frames, degrees.
+        The root mean square of all visible errors over the frames, in degrees.
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
@@ -44,7 +44,7 @@ class ClipSurvey:
     missing_frames : int
         Number of frames that the header declares but that are missing from the file.
     unexamined : int
-        Number of arms and legs that no chain examines.
+        Number of arms and legs that were not examined, because no chain covers them.
     automatic : tuple of AutomaticCorrection
         The intervals that are corrected automatically, with their confidences.
 
@@ -127,7 +127,7 @@ def survey_folder(
     workers : int
         Number of processes.
     tell : callable, optional
-        A function that is called after each clip with the completed share of the clips, 0…1.
+        A function that is called after each clip with the completed fraction of the clips, 0…1.
 
     Returns
     -------

@@ -98,7 +98,7 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """The main data of a clip, for long lists.
+    """A summary of a :class:`ClipRecord`, which is quicker to read for many clips.
 
     All fields that are not listed below are the same as in :class:`ClipRecord` or in its result.
 
@@ -281,17 +281,17 @@ class Manifest:
     # -- reading ------------------------------------------------------------------------------
 
     def records(self) -> list[ClipRecord]:
-        """Return all clips, sorted by name."""
+        """Return the records of all clips, sorted by name."""
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name. Only one clip at a time is in memory."""
+        """Yield the records of all clips, sorted by name. Only one is in memory at a time."""
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found():
                 yield _record(found)
 
     def glances(self) -> list[ClipGlance]:
-        """Return the main data of all clips, sorted by name, without parsing the results."""
+        """Return a summary of each clip, sorted by name, without parsing the results."""
         with _sqlite_errors(self.folder / FILE):
             return [
                 ClipGlance(

@@ -68,7 +68,7 @@ def add_checks(connection: sqlite3.Connection) -> None:
 def table_definitions(connection: sqlite3.Connection) -> _Shape:
     """Return the definitions of all tables, indices, views and triggers in a file.
 
-    Each definition has the type, the name, the name of the table, and the SQL text.
+    Each definition contains the type, the name, the name of the table, and the SQL text.
     """
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())

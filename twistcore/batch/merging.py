@@ -95,9 +95,7 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
 def _latest(
     manifests: Sequence[Manifest], known: dict[str, ManifestRow]
 ) -> Iterator[tuple[Path, ManifestRow]]:
-    """Yield the folder and the latest row of each clip, if it is later than the row in `known`.
-
-    Clips without a later row are skipped.
+    """Yield the folder and the latest row of each clip that is missing or older in `known`.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
 def json_line(record: ClipRecord) -> str:
     """Return a clip's result document, including its source, state and decisions, as a JSON line.
 
-    If the clip has no result, the document has only the schema, the name and the SHA-256 instead.
+    If the clip has no result, only the schema, the name and the SHA-256 are written in its place.
     """
     bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
     document = {
@@ -118,7 +118,7 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line of JSON per clip, loading only one clip at a time. Raises OSError."""
+    """Write one line of JSON per clip. Only one clip is in memory at a time. Raises OSError."""
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")

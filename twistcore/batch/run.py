@@ -73,7 +73,7 @@ class Limits:
 
 @dataclass
 class RunSummary:
-    """The numbers of clips that a run has processed, and the failures.
+    """The clip counts of a batch run, and its failures.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ class _Run:
             self.tell(source, fine)
 
     def _note_one(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
-        """Store one outcome and return its row, marked as failed if it could not be stored."""
+        """Store one outcome, and return its row. If this fails, the row is marked as failed."""
         source, row, _ = one
         try:
             self._put([one])

@@ -225,7 +225,7 @@ def _frames(names: Names) -> int:
 
 
 def _poses(path: Path, names: Names) -> Poses:
-    """Return the poses of one person, given the arrays of the person.
+    """Return the poses of one person, given the arrays of this person.
 
     Raises PosesError, which names the wrong array and, if possible, the frame.
     """

@@ -390,9 +390,9 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with new rotations of joints and positions of the joint `placed`.
+    """Return the motion with new rotations of `joints` and new positions of the joint `placed`.
 
-    Each part consists of the first frame, the rotations and the positions.
+    Each of `parts` consists of its first frame, its rotations and its positions.
     """
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:

@@ -54,7 +54,7 @@ class PairedIntervals:
 
     @property
     def difference(self) -> PairDifference | None:
-        """The kind of difference between the reviewers, or None if they do not differ."""
+        """The kind of difference between the two reviews, or None if there is none."""
         mine, theirs = self.mine, self.theirs
         if mine is None or theirs is None:
             if self.either.by_hand:
@@ -101,12 +101,12 @@ class Agreement:
 
     @property
     def differences(self) -> tuple[PairedIntervals, ...]:
-        """The pairs about which the reviewers differ."""
+        """The pairs that differ between the two reviews."""
         return tuple(pair for pair in self.pairs if pair.difference is not None)
 
     @property
     def decisions(self) -> tuple[tuple[Decision, Decision], ...]:
-        """The decisions of both reviewers on each interval on which both have decided."""
+        """The two reviewers' decisions on each interval on which both have decided."""
         return tuple(
             (pair.mine.decision, pair.theirs.decision)
             for pair in self.pairs
@@ -120,7 +120,10 @@ class Agreement:
 
     @property
     def percent(self) -> float | None:
-        """The percentage of equal decisions, or None if no interval was decided by both."""
+        """The percentage of equal decisions, among the intervals decided by both reviewers.
+
+        The value is None if there is no such interval.
+        """
         return 100.0 * self.alike / len(self.decisions) if self.decisions else None
 
     @property
@@ -139,7 +142,7 @@ class Agreement:
 
     @property
     def summary(self) -> str:
-        """A sentence about the number of equal decisions and kappa."""
+        """A text with the number and percentage of equal decisions, and kappa."""
         if self.percent is None:
             return self.why_no_kappa
         score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
@@ -224,9 +227,10 @@ def check_same_clip(sha256: str, other: str) -> None:
 def merged_review(found: Agreement, state: ReviewState) -> ReviewState:
     """Return a review that contains the decisions on which both reviewers agree.
 
-    `found` has the paired intervals of both reviews. All other intervals are undecided, with both
-    decisions in their notes. τ, chains and tracking are copied from `state`, the first review.
-    Raises ClipMismatchError if the first review lacks a chain of the second.
+    `found` contains the paired intervals of both reviews. Intervals without an agreement are
+    undecided, and their notes contain both decisions. τ, chains and tracking are copied from
+    `state`, the first review. Raises ClipMismatchError if the first review lacks a chain of the
+    second.
     """
     out: list[Judged] = []
     new_id = state.next_id

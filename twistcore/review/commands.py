@@ -88,7 +88,10 @@ class Decide(Command):
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision. Resetting a decision also removes name and time."""
+        """Return the state with the decision on the intervals.
+
+        If the decision is reset to undecided, the reviewer's name and the time are removed, too.
+        """
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
@@ -117,11 +120,11 @@ class Sign(Command):
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that signs those decisions of a state that are unsigned in `now`.
+        """Return a function that signs the decisions in a state that are unsigned in `now`.
 
-        If the function is called again with the same state, it returns the same object. A state
-        without such decisions is returned unchanged. Raises KeyError if `now` lacks one of the
-        intervals.
+        The function returns a state in which these decisions have the reviewer's name. If it is
+        called again with the same state, it returns the same object. A state without such decisions
+        is returned unchanged. Raises KeyError if `now` lacks one of the intervals.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -225,7 +228,7 @@ class Annotate(Command):
 
 @dataclass(frozen=True, eq=False)
 class Insert(Command):
-    """Add an interval that the user made by hand."""
+    """Add an interval that the user has created by hand."""
 
     interval: Interval
 
@@ -239,7 +242,7 @@ class Insert(Command):
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove an interval made by hand. A detected interval can be rejected, but not removed."""
+    """Remove an interval created by hand. Detected intervals can be rejected, but not removed."""
 
     id: int
 

@@ -85,10 +85,11 @@ class Journal:
     """
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Create a journal that begins with `state`, after `steps` unsaved steps.
+        """Create a journal that begins with `state`.
 
-        Raises FileExistsError if the file exists, and OSError if it cannot be written. If writing
-        fails, the incomplete file is deleted.
+        `steps` is the number of unsaved steps before the journal. Raises FileExistsError if the
+        file exists, and OSError if it cannot be written. If writing fails, the incomplete file is
+        deleted.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
@@ -187,7 +188,7 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal.
+    """The contents of a journal after replaying it.
 
     Parameters
     ----------

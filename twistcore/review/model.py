@@ -411,9 +411,9 @@ def flattened(interval: Interval) -> Interval:
 
 
 def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with offsets that make the parent's twist linear within the interval.
+    """Return the interval with offsets whose removal makes the parent's twist linear in time.
 
-    These offsets remove all variation of the twist, such as drift or jitter.
+    The correction then removes all variation of the twist, such as drift or jitter.
 
     Parameters
     ----------
