@@ -30,7 +30,7 @@ LOCK = "manifest.lock"
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 # Storing results takes about 8 ms for any number of clips, so results are stored together.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # a run stops after so many clips in a row whose results could not be stored
+_IN_VAIN = 20  # a run stops after this many consecutive clips whose results could not be stored
 
 
 class CarryOut(Protocol):

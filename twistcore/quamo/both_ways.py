@@ -29,7 +29,7 @@ from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, TrackR
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.progress import Tell
 
-_FORWARDS, _BACKWARDS = 0, 1  # the indices of the two passes in arrays of both
+_FORWARDS, _BACKWARDS = 0, 1  # indices of the passes in arrays that contain both
 
 
 def track_both_ways(

@@ -54,9 +54,9 @@ def smooth_spans(
 ) -> Motion:
     """Return the motion with smoothed rotations in the given spans.
 
-    All other values do not change. A span is not smoothed across a cut or before the frame `first`.
+    No other values change. A span is not smoothed across a cut or before the frame `first`.
     `cutoff` is the cut-off in Hz, by default the result of :func:`burst_cutoff`. Raises TwistError
-    if it does not fit the frame rate of the clip.
+    if the cut-off does not fit the frame rate of the clip.
     """
     cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()

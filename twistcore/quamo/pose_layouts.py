@@ -125,7 +125,7 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays whose first axis is the person into the arrays of each person.
+    """Split arrays whose first axis is the person, and return the arrays of each person.
 
     The array of the root's position must have this axis as well. A second axis of length 1 means
     that each person has a single frame, but only if the poses have this axis too, since no body has
@@ -155,7 +155,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays with one row for each person in each frame into the arrays of each person.
+    """Split arrays with one row per person and frame, and return the arrays of each person.
 
     World coordinates are used if the file has them.
     """
@@ -188,7 +188,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Convert a dict of frames, each with its people's data, to the arrays of each person.
+    """Convert a dict of frames, each with the data of its people, to arrays for each person.
 
     Frames in which a person was not visible are skipped, because they only repeat the last pose.
     """

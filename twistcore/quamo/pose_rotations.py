@@ -20,7 +20,7 @@ def pose_rotations(
 ) -> Array:
     """Convert axis-angle vectors or rotation matrices to unit quaternions, (frames, joints, 4).
 
-    Raises PosesError if the shape is different, a number is not finite, or a matrix is not a
+    Raises PosesError if the shape is not supported, a number is not finite, or a matrix is not a
     rotation.
 
     Parameters

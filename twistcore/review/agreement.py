@@ -22,7 +22,7 @@ class PairDifference(StrEnum):
     CORRECTION = "different corrections"  # neither reviewer has rejected the interval
     DECIDED = "decided by one only"
     INSERTED = "inserted by only one reviewer"
-    DETECTED = "detected in one only"  # and its reviewer has decided on it
+    DETECTED = "detected in one only"  # by a reviewer who has decided on it
 
 
 @dataclass(frozen=True)

@@ -122,8 +122,8 @@ def measured_lags(
 ) -> dict[str, Array]:
     """Return the lags of each method in milliseconds on clips without noise, keyed by method.
 
-    Each entry has the lag of the joints relative to the root, and the lag of the root's position,
-    (2,). All clips are measured together.
+    Each entry contains the lag of the joints relative to the root, and the lag of the root's
+    position, shape (2,). All clips are measured together.
     """
     found = {}
     for name, method in methods.items():

@@ -132,8 +132,8 @@ def ablation_report(
 ) -> StudyReport:
     """Report the effects of the steps of [Le26 Table 3] and of other choices.
 
-    These are the representation of rotations, the integration and the acceleration term. The steps
-    are compared on the clips for which every trained variant has a network.
+    The other choices are the representation of rotations, the integration and the acceleration
+    term. The steps are compared on the clips for which every trained variant has a network.
     """
     everything = sequences
     sequences = _known(sequences, networks)

@@ -74,7 +74,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) by their three coordinates, from rest in the first frame."""
+    """Track rotations (frames, …, 4) by their three coordinates, starting at rest."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]

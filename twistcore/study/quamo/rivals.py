@@ -174,8 +174,8 @@ RIVALS = (
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector from the input to the truth for each joint, (joints, 3).
 
-    `pairs` are pairs (q̂, q) of training clips. The result shows a systematic error that all clips
-    share.
+    `pairs` contains the noisy and the true rotations (q̂, q) of each training clip. The result
+    shows a systematic error that all clips share.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)
