@@ -148,7 +148,7 @@ def read_answer(path: Path) -> StudentAnswer:
 def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
     """Return a CSV table that compares students' verdicts with the hidden errors.
 
-    `handed` are the students' answers. The table has one row per student, sorted by name.
+    `handed` contains the students' answers. The table has one row per student, sorted by name.
     """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):

@@ -60,7 +60,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class EvaluationRow:
-    """The measurements of one segment, with the names used in JSON.
+    """The measurements of one body segment. The fields are named as in the JSON document.
 
     Attributes
     ----------
@@ -197,7 +197,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the sorted indices of the joints that errors rotate.
+    """Return the sorted indices of the joints that errors can rotate.
 
     These are the parents and children of chains, and the first joints and ends of limbs.
     """

@@ -161,7 +161,7 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """Return the τ curves of all chains of a clip that can be corrected, keyed by chain name.
+    """Return the τ curves of all correctable chains of a clip, keyed by chain name.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Decide whether one τ is enough for all chains, or which chains need their own τ.
+"""Decide whether one threshold τ is enough for all chains, or which chains need their own τ.
 
 The decision is tested on verdicts that were not used to choose τ.
 """
@@ -21,7 +21,7 @@ _DOUBT = 0.05  # accepted probability that any chain gets its own τ by chance
 
 @dataclass(frozen=True, eq=False)
 class ChainTau:
-    """The τ of one chain compared with the common τ.
+    """A comparison of one chain's own τ with the common τ.
 
     Attributes
     ----------

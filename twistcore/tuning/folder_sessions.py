@@ -120,7 +120,8 @@ def _meant_for(path: Path) -> Path | None:
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
     """Choose the session file to use for a clip.
 
-    `sessions` are pairs of a session file and the SHA-256 of the clip content that was reviewed.
+    `sessions` contains pairs: a session file, and the SHA-256 of the clip content that was
+    reviewed.
     """
     if len(sessions) == 1:
         return sessions[0][0]

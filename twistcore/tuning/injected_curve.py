@@ -115,7 +115,7 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return the errors of one draw, with the number of frames of each that is repaired at every τ.
+    """Return the errors of one draw, including the number of repaired frames at every τ.
 
     `kind` is the index of the protocol, `found` contains the corrected intervals for every τ, and
     `frames` is the number of frames of the clip.

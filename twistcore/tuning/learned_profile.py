@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence on the confidence's calibration error before and after learning."""
+        """Return a sentence about the confidence's calibration error before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -80,8 +80,8 @@ class LearnedProfile:
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
     """Return a profile with a τ for every reviewed chain.
 
-    `found` has the common τ and the chains that need their own τ. The rig and the performer are
-    included if they are the same in all clips.
+    `found` contains the common τ and the chains that need their own τ. The rig and the performer
+    are included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})

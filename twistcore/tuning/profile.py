@@ -1,4 +1,4 @@
-"""Read and write profiles, TOML files with a τ for each chain, for use with other clips."""
+"""Read and write profiles, which are TOML files with a threshold τ for each chain."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """Write a profile atomically: one TOML table per chain, for :func:`read_profile`.
+    """Write a profile atomically as a TOML file with one table per chain.
 
     Parameters
     ----------
@@ -148,7 +148,10 @@ def _shared_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """Read a profile, a TOML file with tau_deg in the table of each chain. Raises TwistError."""
+    """Read a profile from a TOML file, in which the table of each chain contains tau_deg.
+
+    Raises TwistError if the file cannot be read or is invalid.
+    """
     data = bytes_of(path)
     with errors_naming(path):
         return _profile(parsed_toml(data))

@@ -1,4 +1,4 @@
-"""Decide from τ curves whether one τ is enough for all chains, and which chains need their own."""
+"""Decide from τ curves whether one τ suits all chains, and which chains need their own τ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SLIGHT = 0.01  # a chain whose loss rises by less than this does not need its ow
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ that suits most chains, and a comparison of each chain with it.
+    """The threshold τ that suits most chains, and a comparison with each chain's own τ.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class SharedTau:
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """Return a summary in one or two sentences.
+        """Return a summary of the comparison in one or two sentences.
 
         `labels` maps chain names to displayed names.
         """

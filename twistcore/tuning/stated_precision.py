@@ -34,7 +34,7 @@ class AutomaticCorrection:
     kind: Kind = Kind.COUNTER_TWIST
 
     def is_in(self, interval: Interval) -> bool:
-        """Return True if an interval has the same chain and kind, and common frames."""
+        """Return True if `interval` has the same chain and kind, and overlaps this correction."""
         same = (self.chain, self.kind) == (interval.chain, interval.kind)
         return same and self.start < interval.stop and interval.start < self.stop
 
@@ -76,8 +76,8 @@ def verdicts_on(
 ) -> tuple[bool | None, ...]:
     """Return a person's verdict on each correction: True if accepted, False if rejected.
 
-    The verdict is None if there is none, as for intervals that were accepted in bulk or applied
-    automatically.
+    The result is None for a correction without a verdict, such as an interval that was accepted in
+    bulk or applied automatically.
     """
     decided = [
         j

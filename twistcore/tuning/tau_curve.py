@@ -89,7 +89,7 @@ class TauCurve:
 
     @property
     def automatic(self) -> float:
-        """Return the median over the clips of the detector's automatic τ, in radians."""
+        """Return the detector's automatic τ in radians, as the median over the clips."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
@@ -202,9 +202,9 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the index of the grid point below `tau`, and the fraction of the step above it.
+        """Return the index of the grid point below `tau`, and the distance of `tau` from it.
 
-        The fraction is measured in log τ.
+        The distance is a fraction of the step to the next grid point, measured in log τ.
         """
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))

@@ -1,4 +1,4 @@
-"""Compute precision and recall at each τ from people's verdicts, and the τ that they suggest."""
+"""Compute precision and recall at each τ from reviewers' verdicts, and suggest a τ."""
 
 from __future__ import annotations
 
@@ -230,7 +230,10 @@ class VerdictCurve:
         )
 
     def _plateau(self, cost: Array, place: int) -> tuple[float, float]:
-        """Return the range of reviewed τ (radians) around grid index `place` with the same cost."""
+        """Return the range of τ (radians) around grid index `place` in which the cost is the same.
+
+        Values of τ that were not reviewed are excluded.
+        """
         same = (np.abs(cost - cost[place]) <= LOSS_ALLOWED) & (
             self.tau >= self.reviewed * (1 - _SAME)
         )

@@ -193,7 +193,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """Return True for a counter-twist of an existing chain in frames used for tuning."""
+    """Return True if the interval is a counter-twist of an existing chain, in frames for tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )

@@ -166,7 +166,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Return a bar chart as fixed-width text, with the error before and after in each segment."""
+    """Return a text bar chart of the error in each segment, before and after the correction."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )

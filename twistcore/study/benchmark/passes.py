@@ -327,7 +327,7 @@ def _damage_tally(
     refined: Array,
     wrong: NDArray[np.bool_],
 ) -> Tally:
-    """Count the pairs of joint and frame without an error that the method changes by more than 1°.
+    """Count the error-free pairs of joint and frame that the method changes by more than 1°.
 
     A pair counts as natural if the method changes it in the same way in the clean clip, and as
     damaged if not. `wrong` is a mask of the pairs with an error, (frames, joints).
@@ -355,7 +355,7 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between the rotations of some joints before and after, radians.
+    """Return the angle in radians between the rotations of some joints before and after a change.
 
     The shape is (frames, len(joints)).
     """

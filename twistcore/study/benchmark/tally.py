@@ -1,4 +1,4 @@
-"""Counts and sums as integers, so that they are the same on any machine and for any clip order."""
+"""Integer counts and sums, whose totals do not depend on the machine or the order of clips."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
 
 
 def error_tally(before: Array, after: Array) -> Tally:
-    """Count the error frames of a chain.
+    """Return a tally of the error frames of a chain.
 
     `before` and `after` are the angles of the error before and after the correction, radians in [0,
     π], shape (error frames,).
