@@ -1,4 +1,4 @@
-"""Apply a correction that was computed at 25 Hz to a clip with another frame rate."""
+"""Apply a correction that was computed at 25 Hz to a clip with a different frame rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find the 24 SMPL joints, which the networks and metrics use, in another skeleton."""
+"""Find the 24 SMPL joints, which the networks and metrics use, in any other skeleton."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The 24 SMPL joints within another skeleton.
+    """The 24 SMPL joints within a skeleton that may have more joints.
 
     Attributes
     ----------

@@ -371,7 +371,7 @@ class CarryOver(Command):
     earlier
         The intervals of the earlier review.
     same_clip
-        True if the earlier review is of the same clip, False if it is of another take.
+        True if the earlier review is of the same clip, False if it is of a different take.
     """
 
     earlier: tuple[Judged, ...]

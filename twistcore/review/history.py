@@ -32,7 +32,7 @@ class Review:
     Raises
     ------
     TypeError
-        If `found` has another type.
+        If `found` has an unsupported type.
 
     Examples
     --------
@@ -216,7 +216,7 @@ def _changed_interval(step: _Step) -> Judged | None:
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
     """Return the initial state for reviewing `found`, or `found` itself if it is a state.
 
-    Raises TypeError if `found` has another type.
+    Raises TypeError if `found` has an unsupported type.
     """
     if isinstance(found, ReviewState):
         return found

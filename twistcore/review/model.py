@@ -461,13 +461,13 @@ def with_earlier_decisions(
 
     The rules are:
 
-    - An interval that nobody has changed in this review takes over the decision, reviewer, note and
-      reason of the earlier interval of its chain with the most common frames. If that interval was
-      edited, its frames and offset are taken over, too.
-    - An interval that a person has changed in this review stays the same.
+    - An interval that nobody has changed in this review gets the decision, reviewer, note and
+      reason of the earlier interval in the same chain that shares the most frames with it. If the
+      earlier interval was edited, its frames and offset are copied, too.
+    - An interval that a person has changed in this review does not change.
     - Earlier intervals made by hand are added.
     - If `same_clip` is True, earlier decided intervals that overlap no interval of this review are
-      added, marked as unsupported by the detector. In another take, the error may not exist.
+      added, marked as unsupported by the detector. In a different take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}

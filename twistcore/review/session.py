@@ -179,7 +179,7 @@ def write_session(
     Raises
     ------
     TypeError
-        If an argument has another type.
+        If an argument has an unsupported type.
     OSError
         If the file cannot be written.
 
