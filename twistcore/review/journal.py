@@ -372,7 +372,7 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as a dict of its fields, in which the key "do" contains the name."""
+    """Return a command as a dict of its fields, in which the key "do" names the command."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
