@@ -1,4 +1,4 @@
-"""Process many clips, as a survey in memory or as a batch whose results are stored in a folder."""
+"""Process many clips, as an in-memory survey or as a batch whose results are stored on disk."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

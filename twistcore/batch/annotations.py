@@ -1,6 +1,7 @@
-"""Write a batch's problems as annotations, which GitHub shows next to a pull request's files.
+"""Write the problems of a batch as annotations, which GitHub shows in a pull request.
 
-An annotation is a line `::error file=…,title=…::…` in the output of a workflow step.
+GitHub shows them next to the affected files. An annotation is a line `::error file=…,title=…::…` in
+the output of a workflow step.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from twistcore.files.encoding import legible
 
 
 def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterable[Broken]) -> None:
-    """Write the annotations of a batch, from :func:`github_annotations`, to a file.
+    """Write the annotation lines of a batch, from :func:`github_annotations`, to a file.
 
     Clips are named by their paths relative to the current folder. Raises OSError.
     """
@@ -25,11 +26,11 @@ def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterabl
 
 
 def github_annotations(records: Iterable[ClipRecord], broken: Iterable[Broken], root: str) -> str:
-    r"""Return one line for each clip with a problem, and one for each broken rule of the whole run.
+    r"""Return one annotation line per problematic clip, and one per broken rule of the whole run.
 
-    A clip has a problem if it breaks a rule or could not be processed or examined. A clip in the
-    folder `root` or a subfolder is named by its path relative to `root`. The line of any other
-    clip has no file name. Control characters such as `\x1b` are escaped.
+    A clip is problematic if it breaks a rule or could not be processed or examined. Clips inside
+    the folder `root` are named by their paths relative to it. For all other clips, the line has no
+    file name. Control characters such as `\x1b` are escaped.
     """
     of_run: list[Broken] = []
     by_clip: dict[str, list[Broken]] = defaultdict(list)

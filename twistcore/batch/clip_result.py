@@ -117,9 +117,9 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and a list of sentences.
+    """Return the corrected motion, the number of corrected intervals, and a list of messages.
 
-    Each sentence names a chain that was not corrected, and gives the reason.
+    Each message names a chain that was not corrected, and gives the reason.
     """
     from twistcore.export.replay import accepted_motion, correctable, uncorrected_chain_sentences
     from twistcore.review import Review

@@ -25,9 +25,9 @@ def severity(found: Detection) -> float:
     """Return the severity of a clip in degrees: the root mean square of all visible errors.
 
     The mean is over the clip's frames. The weight of an interval depends on its angle, its joint,
-    its confidence, and its length plus 0.1 s. Jumps, spikes and steps count as 0.1 s long. Noise
-    and frozen frames do not count. Because of the squares, a knee that bends backward for a moment
-    counts more than a small, uncertain error in many frames.
+    its confidence, and its length plus 0.1 s. Jumps, spikes and steps are treated as 0.1 s long.
+    Noise and frozen frames are ignored. Because of the squares, a knee that bends backward for a
+    moment counts more than a small, uncertain error in many frames.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return severity_of_intervals(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
@@ -36,10 +36,10 @@ def severity(found: Detection) -> float:
 def severity_of_intervals(
     finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float
 ) -> float:
-    """Return the severity of a clip in degrees, as in :func:`severity`.
+    """Return the severity of a clip's errors in degrees, as defined in :func:`severity`.
 
-    `finds` has the clip's intervals, each with its chain. `frames` is the number of frames of the
-    clip, and `fps` is its frame rate.
+    `finds` contains a pair of interval and chain for each error in the clip. `frames` is the number
+    of frames of the clip, and `fps` is its frame rate.
     """
     total = 0.0
     for interval, chain in finds:
@@ -61,10 +61,10 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return how visible an error is, 0…1.
+    """Return how visible an error is, from 0 (invisible) to 1.
 
-    The value depends on the kind of error, the size of the body parts below the joint, or the
-    segment of the body.
+    Depending on the kind of error, the result is a constant, or it is derived from the size of the
+    body parts below the joint or from the body segment of the chain.
     """
     if (weight := interval.kind.info.weight) is not None:
         return weight
@@ -82,7 +82,7 @@ def percent_affected(affected: int, frames: int) -> float:
 
 
 def unexamined_limb_sentences(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return a sentence for each limb that no chain examines, such as 'left arm not examined: …'.
+    """Return a sentence for each limb that was not examined, such as 'left arm not examined: …'.
 
     `result` is the clip's result document.
     """

@@ -36,15 +36,15 @@ class ClipSurvey:
     intervals : int
         Number of intervals found.
     severity : float
-        The root mean square of all visible errors over the frames, degrees.
+        The root mean square of all visible errors over the frames, in degrees.
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
-        The reason why nothing in the clip could be examined, or an empty string.
+        The reason why no part of the clip could be examined, or an empty string.
     missing_frames : int
-        Number of frames that the header declares but the file does not have.
+        Number of frames that the header declares but that are missing from the file.
     unexamined : int
-        Number of arms and legs that no chain examines.
+        Number of arms and legs that were not examined, because no chain covers them.
     automatic : tuple of AutomaticCorrection
         The intervals that are corrected automatically, with their confidences.
 
@@ -116,7 +116,7 @@ def survey_folder(
 ) -> list[ClipSurvey]:
     """Survey all clips in a folder, with the worst clip first.
 
-    Clips that this program exported from other clips in the folder are left out.
+    Clips that this program exported from other clips in the folder are skipped.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def survey_folder(
     workers : int
         Number of processes.
     tell : callable, optional
-        A function that is called after each clip with the completed share of the clips, 0…1.
+        A function that is called after each clip with the completed fraction of the clips, 0…1.
 
     Returns
     -------

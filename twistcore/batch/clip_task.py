@@ -45,7 +45,8 @@ class ClipTask:
     memory
         Bytes of memory allowed in addition to the usual need of a clip of this size.
     data
-        The file's bytes for a process that cannot read the file, or None.
+        The contents of the file, if the process that runs the task cannot read the file. If None,
+        the task reads the file.
     """
 
     source: str
@@ -65,7 +66,7 @@ class Outcome:
     result
         The document 'twistcore.batch_clip/1' without the clip's name, or None if the task failed.
     reason
-        A sentence about the failure, or an empty string.
+        A sentence that describes the failure, or an empty string.
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
@@ -120,9 +121,10 @@ def run_task(task: ClipTask) -> Outcome:
 def signature_of(path: Path | str) -> tuple[str, bool]:
     """Return a file's signature, and whether it is reliable.
 
-    The signature is a string with the file's size, modification time and inode. A file is unchanged
-    if its signature is reliable and unchanged. The signature of an AMC file also depends on the
-    skeleton files in its folder, because the clip needs one of them. Raises OSError.
+    The signature is a string that contains the file's size, modification time and inode. As long as
+    a reliable signature does not change, the file has not changed. The signature of an AMC file
+    also depends on the skeleton files in its folder, because the clip needs one of them. Raises
+    OSError.
     """
     states = [Path(path).stat()]
     if companion := companion_of(path):
@@ -144,7 +146,7 @@ def has_companions(path: Path | str) -> bool:
 
 
 def companion_of(path: Path | str) -> str:
-    """Return the suffix of the other files that a clip needs, or an empty string if none."""
+    """Return the suffix of additional files that a clip needs, such as '.asf', or '' if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 

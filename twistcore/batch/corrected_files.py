@@ -27,10 +27,11 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip into the batch folder, and return its row with path and hash.
+    """Write a corrected clip into the batch folder, and return its row with the new path and hash.
 
-    An existing file is replaced if the manifest lists it. A file that already has these bytes is
-    not written again; it exists if an earlier process was killed right after writing it.
+    An existing file is replaced only if its hash matches the one in the manifest. A file that
+    already contains `data` is not written again. This happens if an earlier process was killed
+    right after writing the file.
 
     Parameters
     ----------
@@ -75,8 +76,8 @@ def write_corrected(
 def is_intact(folder: Path, row: ManifestRow) -> bool:
     """Return True if a clip's corrected file is unchanged since it was written.
 
-    If size, time and inode are the same, the file counts as unchanged. If they differ, as in a
-    copy, its hash is compared.
+    If its size, modification time and inode are the same, the file counts as unchanged. If they
+    differ, as after copying the folder, the file's hash is compared.
     """
     path = folder / row.corrected
     try:

@@ -86,7 +86,10 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 
 def _close_pages(dask_worker: Any) -> None:
-    """Close the HTTP port of a worker. Dask passes the worker to an argument with this name."""
+    """Close the HTTP port of a worker.
+
+    Dask passes the worker to any function that has an argument called `dask_worker`.
+    """
     dask_worker.http_server.stop()
 
 

@@ -12,8 +12,8 @@ from twistcore.review.agreement import reviewers_of
 def count_decisions(session: Path) -> dict[str, Any]:
     """Count the accepted, rejected and undecided intervals in a session file, and list reviewers.
 
-    The result has the keys of :meth:`Manifest.note_decisions`, or is {} if nothing is decided.
-    Raises TwistError if the session cannot be read.
+    The result is the argument `decisions` of :meth:`Manifest.note_decisions`, or {} if no interval
+    has a decision. Raises TwistError if the session cannot be read.
     """
     judged = read_session(session).state.intervals
     decided = [j for j in judged if j.decision != Decision.UNDECIDED]

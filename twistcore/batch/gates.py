@@ -177,7 +177,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return all broken rules: first for each clip, in order, and then for the whole run.
+    """Return all broken rules: those of single clips, in order, and then those of the whole run.
 
     `records` is iterated only once, so it may be a generator.
     """
@@ -199,7 +199,7 @@ def broken_rules(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[B
 
 @dataclass
 class _Total:
-    """Sums over the whole run, for rules that do not apply to single clips."""
+    """Running totals over one or more clips, from which the quantity of a rule is computed."""
 
     failed: int = 0
     unchecked: int = 0
@@ -246,8 +246,8 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
     """Yield the size in degrees of each interval to which the rule applies.
 
-    The size is the offset or, for a kind without an offset, the rotation within one frame or the
-    noise level.
+    The size is the offset. For a kind of error without an offset, it is the rotation within one
+    frame or the noise level.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):
@@ -258,7 +258,7 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
     """Return the number of frames covered by the intervals to which the rule applies.
 
-    Kinds that cannot be corrected are included only if the rule names them.
+    Kinds of errors that cannot be corrected are included only if the rule names them.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])

@@ -1,4 +1,4 @@
-"""Find the clips that a user gives as files, folders, patterns, lists or URLs, and name them."""
+"""Find clips that a user specifies as files, folders, patterns, lists or URLs, and name them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Source:
     signature
         The file's signature from `clip_task.signature_of`, '' if unknown.
     settled
-        True if the signature is reliable, so that it differs after any change of the file.
+        True if the signature is reliable, which means that any change to the file changes it.
     """
 
     path: str
@@ -47,16 +47,17 @@ class Source:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The clips that a user has given.
+    """The clips that a user has specified.
 
     Parameters
     ----------
     sources
         The clips, in the order of the inputs.
     problems
-        A sentence for each input that has no clips.
+        A sentence for each input without clips.
     exports
-        Number of files left out because this program wrote them from clips in the same folder.
+        Number of files that were skipped because this program exported them from other clips in the
+        same folder.
     """
 
     sources: tuple[Source, ...]
@@ -67,7 +68,7 @@ class Inputs:
 def find_inputs(
     words: Iterable[str], without: Path | None = None, *, may_be_none: bool = False
 ) -> Inputs:
-    """Return the clips to which the given words, such as command-line arguments, refer.
+    """Return the clips to which some words, such as command-line arguments, refer.
 
     Each word is one of the following:
 
@@ -77,17 +78,17 @@ def find_inputs(
     - '@FILE' for a list with one word per line, or '@-' or '-' for a list on standard input
     - the URL of a file or folder
 
-    Exports of other clips in a local folder or pattern are left out
-    (`exported_clips.exports_among`).
+    In local folders and patterns, files that this program exported from other clips are skipped
+    (see `exported_clips.exports_among`).
 
     Parameters
     ----------
     words
-        The words.
+        The words, each in one of the forms listed above.
     without
-        A folder to leave out.
+        A folder to exclude from the search, usually the output folder.
     may_be_none
-        True to return no clips, instead of raising an error, if there are none.
+        True to return an empty result, instead of raising an error, if there are no clips.
 
     Raises
     ------
@@ -121,8 +122,8 @@ def find_inputs(
 def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with the names that they have in a batch, or with new, unique names.
 
-    `names` has the names in the batch, keyed by path. Sources that the batch already has come
-    first.
+    `names` maps the path of each clip in the batch to its name. Clips that are already in the batch
+    come first in the result.
     """
     known: list[Source] = []
     new: list[Source] = []
@@ -154,13 +155,13 @@ def _expanded(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Return the non-empty lines of a list. The byte order mark that Windows adds is removed."""
+    """Yield the non-empty lines of a list, without the byte order mark that Windows adds."""
     lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
     return (line.strip() for line in lines if line.strip())
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Yield the clips of a folder, pattern or URL. If the word is a file, append it to `files`."""
+    """Yield the clips of a folder, pattern or URL. Append any other word to the list `files`."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 
@@ -181,7 +182,8 @@ def _below(
 ) -> Iterator[Source]:
     """Yield the clips in a folder and its subfolders whose relative names `fits` accepts.
 
-    Links to folders are not followed.
+    `fits` is called with the path of each file relative to `root`. Symbolic links to folders are
+    not followed.
     """
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
@@ -211,7 +213,7 @@ def _below(
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     """Yield the clips that match a pattern, and the clips in folders that match it.
 
-    A clip's name is relative to the folder before the first wildcard.
+    Clips are named by their paths relative to the last folder before the first wildcard.
     """
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
@@ -241,7 +243,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """Return True if the parts of a path match the parts of a pattern, which may contain '**'.
+    """Return True if the components of a path match those of a pattern, which may contain '**'.
 
     An empty pattern matches every path.
     """
@@ -254,13 +256,13 @@ def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
 
 
 def _is_skipped(folder: Path, root: Path) -> bool:
-    """Return True if a link or a batch folder lies on the path from `root` to `folder`."""
+    """Return True if `folder`, or a folder between `root` and it, is a link or a batch folder."""
     way = [folder, *folder.parents]
     return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
 def _has_other_data(path: str) -> bool:
-    """Return True if a file with a clip's suffix has no motion, such as AMASS's body shapes."""
+    """Return True if a file has a clip's suffix but no motion, such as a body shape from AMASS."""
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
@@ -312,7 +314,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
     """Yield the sources with names that are unique even if case is ignored.
 
     A repeated name is prefixed with the name of the clip's folder. If it is still not unique, a
-    number is added. `taken` has other names that are already in use, in lower case.
+    number is added. `taken` contains names that are already in use, in lower case.
     """
     used = set(taken)
     for source in sources:

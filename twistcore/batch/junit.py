@@ -28,7 +28,7 @@ def write_junit(
 ) -> None:
     """Write the results of a batch to a file as JUnit XML. Raises OSError.
 
-    The parameters are those of :func:`junit_xml`.
+    The other parameters are the same as for :func:`junit_xml`.
     """
     write_atomically(path, junit_xml(records, rules, broken))
 
@@ -95,7 +95,8 @@ def _case(
 ) -> ElementTree.Element:
     """Add a test case to a suite. Its class name is the clip's folder, with dots instead of '/'.
 
-    Readers of JUnit XML group test cases by class name. If `of` is given, it is the class name.
+    Readers of JUnit XML group test cases by class name. If `of` is given, it replaces the class
+    name.
     """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(

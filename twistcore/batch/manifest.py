@@ -98,9 +98,9 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """The main data of a clip, for long lists.
+    """A summary of a :class:`ClipRecord`, which is quicker to read for many clips.
 
-    The other fields are as in :class:`ClipRecord` and in its result.
+    All fields that are not listed below are the same as in :class:`ClipRecord` or in its result.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class ClipGlance:
 class ManifestRow:
     """A clip's row in the manifest, as a batch run reads and writes it.
 
-    The other fields are as in :class:`ClipRecord`.
+    All fields that are not listed below are the same as in :class:`ClipRecord`.
 
     Parameters
     ----------
@@ -189,9 +189,9 @@ _LATER = " WHERE json_extract(excluded.document, '$.at') > json_extract(document
 
 @dataclass(frozen=True)
 class _Found:
-    """A clip's checked rows in all tables, each keyed by column.
+    """The checked rows of one clip in all tables of a manifest, each row keyed by column name.
 
-    `more` has the values of additional SQL expressions of the query.
+    `more` contains the values of the additional SQL expressions in the query.
     """
 
     clip: Mapping[str, Any]
@@ -231,8 +231,8 @@ class Manifest:
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
         """Open the manifest of a folder.
 
-        A missing manifest is created if `create` is True. Raises TwistError if the manifest is
-        missing, damaged or of another program.
+        If there is no manifest, it is created if `create` is True. Raises TwistError if the
+        manifest is missing or damaged, or if it was written by a different program.
         """
         folder = Path(folder)
         file = folder / FILE
@@ -281,17 +281,17 @@ class Manifest:
     # -- reading ------------------------------------------------------------------------------
 
     def records(self) -> list[ClipRecord]:
-        """Return all clips, sorted by name."""
+        """Return the records of all clips, sorted by name."""
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name, with only one of them in memory."""
+        """Yield the records of all clips, sorted by name. Only one is in memory at a time."""
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found():
                 yield _record(found)
 
     def glances(self) -> list[ClipGlance]:
-        """Return the main data of all clips, sorted by name, without parsing the results."""
+        """Return a summary of each clip, sorted by name, without parsing the results."""
         with _sqlite_errors(self.folder / FILE):
             return [
                 ClipGlance(
@@ -339,7 +339,7 @@ class Manifest:
             return found
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield the source, the name and the problems of every clip with uncorrected intervals."""
+        """Yield the source, the name and the problems of each clip that was not fully corrected."""
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found(_UNCORRECTED):
                 if found.result and found.more[0]:
@@ -410,13 +410,19 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the sizes in bytes of all files with a result for the parameters' hash `mark`."""
+        """Return the sizes in bytes of all files that have a result with the given parameters.
+
+        `mark` is the hash of the parameters.
+        """
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """Return True if a file with this hash has a result for the parameters' hash `mark`."""
+        """Return True if a file with the given hash has a result with the given parameters.
+
+        `mark` is the hash of the parameters.
+        """
         with _sqlite_errors(self.folder / FILE):
             where = "t.sha256 = ? AND t.mark = ?", escaped(sha256), escaped(mark)
             return any(True for _ in self._each_row("results", *where))
@@ -444,7 +450,8 @@ class Manifest:
     def take_over(self, other: Manifest) -> None:
         """Copy the parameters, results and decisions of another manifest, but not its clips.
 
-        Of two decisions on the same clip, the later is kept. Call this within a transaction.
+        If both manifests have decisions on a clip, the later ones are used. Call this within a
+        transaction.
         """
         for table, checks in STORED.items():
             conflict = "(source) DO {update}" + _LATER if table == "decisions" else "DO NOTHING"
@@ -460,7 +467,8 @@ class Manifest:
     def _each_row(self, table: str, where: str = "1", *words: str) -> Iterator[tuple[Any, ...]]:
         """Yield the checked rows of a table.
 
-        `where` is an SQL condition in which the table is called t. `words` are its parameters.
+        `where` is an SQL condition in which the table is called t, and `words` are the values of
+        its placeholders.
         """
         columns = columns_of(table, "t", self._schema)
         query = f"SELECT {columns} FROM {table} t WHERE {where}"

@@ -68,7 +68,7 @@ def add_checks(connection: sqlite3.Connection) -> None:
 def table_definitions(connection: sqlite3.Connection) -> _Shape:
     """Return the definitions of all tables, indices, views and triggers in a file.
 
-    Each definition has the type, the name, the name of the table, and the SQL text.
+    Each definition contains the type, the name, the name of the table, and the SQL text.
     """
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
@@ -87,7 +87,7 @@ def expected_definitions(schema: int = SCHEMA) -> _Shape:
 
 
 def columns_of(table: str, alias: str, schema: int) -> str:
-    """Return the columns of a table as SQL text for a query.
+    """Return the column list of a SELECT query for a table, as SQL text.
 
     The last column is the check number, or NULL if the schema has no check numbers.
 
@@ -107,7 +107,7 @@ def columns_of(table: str, alias: str, schema: int) -> str:
 def put_statement(table: str, schema: int, conflict: str) -> str:
     """Return the SQL statement that stores a row in a table.
 
-    The parameters of the statement are the result of :func:`with_check`.
+    Execute the statement with the values from :func:`with_check`.
 
     Parameters
     ----------
@@ -144,8 +144,8 @@ def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
     Returns
     -------
     tuple or None
-        The values, or None if the query found no row, so that the first value and the check number
-        are None.
+        The values, or None if the first value and the check number are None, which means that the
+        query found no row.
 
     Raises
     ------
@@ -161,6 +161,6 @@ def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
 
 
 def _crc(values: Iterable[Any]) -> int:
-    """Return the CRC-32 of values. The values 1, 1.0 and True give the same CRC-32."""
+    """Return the CRC-32 of the values of a row. The values 1, 1.0 and True give the same CRC-32."""
     plain = [v if isinstance(v, str | bytes) or v is None else float(v) for v in values]
     return zlib.crc32(repr(plain).encode("utf-8", "surrogatepass"))

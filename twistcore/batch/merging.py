@@ -1,7 +1,7 @@
 """Merge batch folders into one folder.
 
-For example, a large batch is divided into parts, called shards, that are processed on several
-machines. The resulting batch folders are then merged.
+A large batch can be divided into parts, called shards, that are processed on several machines. The
+resulting batch folders are then merged.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from twistcore.files.ordinary import read_file
 
 @dataclass
 class Merged:
-    """The result of merging batch folders: numbers of clips, and problems.
+    """The result of merging batch folders: clip counts and problems.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
     Returns
     -------
     Merged
-        The numbers of clips in the output folder, and the problems.
+        The clip counts of the output folder, and the problems.
 
     Raises
     ------
@@ -95,15 +95,15 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
 def _latest(
     manifests: Sequence[Manifest], known: dict[str, ManifestRow]
 ) -> Iterator[tuple[Path, ManifestRow]]:
-    """Yield the folder and the latest row of each clip, if it is later than the row in `known`.
+    """Yield the folder and the latest row of each clip that is missing or older in `known`.
 
     Parameters
     ----------
     manifests
         The manifests of the folders to merge.
     known
-        The rows of the output folder, keyed by source. These clips keep their names, and the other
-        clips get names that differ from all other names.
+        The rows of the output folder, keyed by source. These clips keep their names. Other clips
+        are renamed if their names are already in use.
     """
     latest: dict[str, tuple[Path, ManifestRow]] = {}
     for manifest in manifests:
@@ -130,7 +130,7 @@ def _rank(row: ManifestRow) -> tuple[bool, str]:
 def _copied(
     output: Path, folder: Path, row: ManifestRow, known: ManifestRow | None, merged: Merged
 ) -> ManifestRow:
-    """Copy the corrected file of a clip, and return the row of the clip for the output folder.
+    """Copy a clip's corrected file, and return the clip's row for the output folder.
 
     If the file cannot be copied, a sentence is added to `merged.problems`.
 
@@ -166,7 +166,7 @@ def _copied(
 
 
 def _companions(path: Path) -> dict[str, bytes]:
-    """Return the content of the other files that a clip may need, keyed by file name.
+    """Return the contents of the additional files that a clip may need, keyed by file name.
 
     These are all files in the clip's folder with the suffix that its format needs, such as .asf.
     """

@@ -23,7 +23,7 @@ class Parameters:
     method
         Name of the detector.
     tau_deg
-        τ for all chains in degrees, None for automatic.
+        The threshold τ for all chains in degrees, None for an automatic τ.
     profile_rad
         τ in radians, keyed by the name of a chain or limb; overrides tau_deg.
     kinds

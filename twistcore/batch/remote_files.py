@@ -44,7 +44,7 @@ def read_remote(url: str) -> bytes:
 
 
 def write_remote(url: str, data: bytes) -> None:
-    """Write bytes to a URL, atomically if the service supports it. Raises TwistError."""
+    """Write bytes to a URL, atomically if possible. Raises TwistError if they cannot be written."""
     files, path = _opened(url)
     try:
         files.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
@@ -54,7 +54,10 @@ def write_remote(url: str, data: bytes) -> None:
 
 
 def _opened(url: str) -> tuple[Any, str]:
-    """Return the fsspec file system of a URL, and the path within it. Raises TwistError."""
+    """Return the fsspec file system of a URL, and the path within it.
+
+    Raises TwistError if fsspec is not installed or does not support the URL.
+    """
     try:
         from fsspec.core import url_to_fs
     except ImportError:

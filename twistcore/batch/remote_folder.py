@@ -1,6 +1,6 @@
-"""Provide the folder in which a batch works: a local folder, a temporary one, or a copy of a URL.
+"""Provide the working folder of a batch: a local folder, a temporary one, or a local copy of a URL.
 
-A copy of the files at a URL is uploaded to the URL at the end.
+If the folder is a copy, its files are uploaded to the URL at the end.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relati
 def working_folder(output: str) -> Iterator[Path]:
     """Yield a local folder for a batch, which is uploaded at the end if `output` is a URL.
 
-    If `output` is '', the folder is temporary. For a URL, the folder begins as a copy of the files
-    at the URL. Only changed files are uploaded, and the manifest last, so that it never lists
-    missing files. The results of a killed run are uploaded by the next run on this machine. Raises
-    TwistError if the URL cannot be read or written.
+    If `output` is '', the folder is temporary. For a URL, the folder initially contains a copy of
+    the files at the URL. Only changed files are uploaded, and the manifest last, so that it never
+    lists missing files. If a run is killed, the next run on this machine uploads its results.
+    Raises TwistError if the URL cannot be read or written.
     """
     if not output:
         with TemporaryDirectory() as temporary:
@@ -79,7 +79,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, the manifest last. `there` has the URLs, keyed by name."""
+    """Download the files of a batch, with the manifest last. `there` maps file names to URLs."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name

@@ -91,7 +91,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
 
 
 def clips_csv(records: Iterable[ClipRecord]) -> str:
-    """Return the clips as CSV with a header and one line for each clip."""
+    """Return a CSV table with a header and one line for each clip."""
     return csv_text(CLIP_COLUMNS, map(clip_row, records))
 
 
@@ -101,9 +101,9 @@ def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def json_line(record: ClipRecord) -> str:
-    """Return a clip's result document, with the clip's state and decisions, as a line of JSON.
+    """Return a clip's result document, including its source, state and decisions, as a JSON line.
 
-    For a clip without a result, the document has the schema, the name and the SHA-256.
+    If the clip has no result, only the schema, the name and the SHA-256 are written in its place.
     """
     bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
     document = {
@@ -118,7 +118,7 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line of JSON for each clip, with only one clip in memory. Raises OSError."""
+    """Write one line of JSON per clip. Only one clip is in memory at a time. Raises OSError."""
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")
@@ -163,5 +163,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with all bytes escaped that are not UTF-8, because Parquet requires UTF-8."""
+    """Return a copy of the row in which bytes that are not UTF-8 are escaped, for Parquet."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

@@ -30,7 +30,7 @@ LOCK = "manifest.lock"
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 # Storing results takes about 8 ms for any number of clips, so results are stored together.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # a run stops after so many clips in a row whose results could not be stored
+_IN_VAIN = 20  # a run stops after this many consecutive clips whose results could not be stored
 
 
 class CarryOut(Protocol):
@@ -73,7 +73,7 @@ class Limits:
 
 @dataclass
 class RunSummary:
-    """The numbers of clips that a run has processed, and the failures.
+    """The clip counts of a batch run, and its failures.
 
     Parameters
     ----------
@@ -130,7 +130,8 @@ def run_batch(
     limits
         The time and memory allowed for each clip.
     part
-        The index (from 1) and the number of shards. Only this shard's clips are processed.
+        The index of this shard, counted from 1, and the number of shards. Only this shard's clips
+        are processed.
     begin
         A function that is called with the plan of the run. It returns a function that is called for
         each finished clip.
@@ -160,7 +161,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress. It stores the result and the corrected file of each finished clip."""
+    """A batch run in progress, which stores the results and corrected files of finished clips."""
 
     def __init__(
         self,
@@ -253,7 +254,7 @@ class _Run:
             self.tell(source, fine)
 
     def _note_one(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
-        """Store one outcome and return its row, marked as failed if it could not be stored."""
+        """Store one outcome, and return its row. If this fails, the row is marked as failed."""
         source, row, _ = one
         try:
             self._put([one])

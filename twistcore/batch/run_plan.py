@@ -1,4 +1,4 @@
-"""Plan a run: find the clips that are new, and the failed clips that should be processed again."""
+"""Plan a batch run: find new clips, and failed clips that should be processed again."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ def make_plan(
     """Return a plan with the clips that must be processed.
 
     A clip is recognised by its signature or, if the signature is unknown, by the hash of its bytes.
-    It must be processed if its bytes, the program version or the parameters have changed, but not
-    if only its name has changed. A failure caused by the clip itself is permanent. A clip that
-    failed for lack of time, memory or disk space is processed again.
+    It must be processed if its bytes, the program version or the parameters have changed. A new
+    name alone is no reason to process a clip. A failure caused by the clip itself is permanent. A
+    clip that failed for lack of time, memory or disk space is processed again.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row with the file's new signature, or None if the file's bytes have changed."""
+    """Return the row with the file's current signature, or None if the bytes have changed."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -116,9 +116,9 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row marked as done if another file with the same bytes has a result, else None.
+    """Return the row, marked as done, if a file with the same bytes has a result, and None if not.
 
-    `mark` identifies the parameters. `sizes` are the sizes of all files with a result.
+    `mark` is the hash of the parameters, and `sizes` are the sizes of all files with a result.
     """
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None

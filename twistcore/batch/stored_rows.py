@@ -36,14 +36,20 @@ _Check = Callable[[Any, str], Any]
 
 
 def _source(value: Any, what: str) -> str:
-    """Return the value, which must be a URL or a path with a file name."""
+    """Check that a value is a URL or a path with a file name, and return it.
+
+    `what` names the value in error messages.
+    """
     if "://" not in path_text(value, what) and not Path(value).name:
         raise unexpected("a clip's path", what, value)
     return str(value)
 
 
 def _name(value: Any, what: str) -> str:
-    """Return the value, which must be a relative path that stays inside the folder."""
+    """Check that a value is a relative path that stays inside the folder, and return it.
+
+    `what` names the value in error messages.
+    """
     path = PurePosixPath(path_text(value, what))
     if not path.name or path.is_absolute() or ".." in path.parts:
         raise unexpected("a path below a folder", what, value)
@@ -81,13 +87,13 @@ COLUMNS: Mapping[str, _Check] = {
 
 
 def checked_column(name: str, value: Any) -> Any:
-    """Return the value of a column after checking it."""
+    """Check the value of the column `name`, and return it."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
 def checked_result(document: str) -> dict[str, Any]:
-    """Parse and check a result, which is a document 'twistcore.batch_clip/1' without clip name."""
+    """Parse and check a result, a document 'twistcore.batch_clip/1' without the clip's name."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
@@ -126,7 +132,7 @@ def _tau(value: Any, what: str) -> None:
 
 
 def _quality(value: Any, what: str) -> None:
-    """Check that the values are numbers keyed by name, possibly nested."""
+    """Check the numbers in a dict of quality measures, which may contain nested dicts."""
     for key, one in has(value, what=what).items():
         if isinstance(one, Mapping):
             _quality(one, key)
@@ -172,7 +178,10 @@ _OF_INTERVAL: Mapping[str, _Check] = {
 
 
 def _interval(entry: Any, last: int) -> None:
-    """Check an interval, given as an entry of `detect --json`."""
+    """Check an interval, given as an entry of `detect --json`.
+
+    `last` is the number of frames of the clip.
+    """
     known = "chain", "start", "stop", "kind", "delta_deg", "confidence", "open"
     has(entry, *known, what="an interval")
     frames(entry, last)
@@ -217,7 +226,7 @@ _OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at
 
 
 def checked_decisions(document: str) -> dict[str, Any]:
-    """Parse and check the progress of a review, as given to :meth:`Manifest.note_decisions`."""
+    """Parse and check the progress of a review, as stored by :meth:`Manifest.note_decisions`."""
     values = has(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):
         whole(values.get(key, 0), key)

@@ -1,7 +1,7 @@
 """QuaMo: track or smooth noisy motion [Le26], including poses of the SMPL skeleton.
 
-The tracker follows a stream (`Tracker`) or a clip (`track`) causally, or a whole clip without lag
-(`track_both_ways`).
+`Tracker` tracks a stream of poses, and `track` tracks a clip, both causally. `track_both_ways`
+tracks a whole clip without lag.
 """
 
 from twistcore.quamo.both_ways import track_both_ways

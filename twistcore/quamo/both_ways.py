@@ -29,7 +29,7 @@ from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, TrackR
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.progress import Tell
 
-_FORWARDS, _BACKWARDS = 0, 1  # the indices of the two passes in arrays of both
+_FORWARDS, _BACKWARDS = 0, 1  # indices of the passes in arrays that contain both
 
 
 def track_both_ways(
@@ -44,7 +44,8 @@ def track_both_ways(
 ) -> TrackResult:
     """Track a clip in both directions of time, and return the motion halfway between the passes.
 
-    The parameters are the same as for :func:`track`. Both passes are stepped together.
+    The parameters are the same as for :func:`track`. Both passes are computed together, step by
+    step.
 
     Returns
     -------
@@ -79,8 +80,8 @@ def track_both_ways(
 def half_way(a: Array, b: Array) -> Array:
     """Return the rotations halfway from a to b, (…, 4), along the shorter arc.
 
-    Their quaternions are in the hemisphere of a. The rotations halfway from b to a are the same bit
-    for bit, except for their signs.
+    The resulting quaternions are in the hemisphere of a. If a and b are swapped, the result is the
+    same bit for bit, except for the signs.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))

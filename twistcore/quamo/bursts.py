@@ -1,4 +1,4 @@
-"""Smooth the bursts of noise in a clip, and leave all other frames unchanged.
+"""Smooth only the noise bursts in a clip. All other frames remain unchanged.
 
 In a burst, the rotations are replaced by a smoothing spline that continues the values and the
 speeds of the good frames around it, so no border is visible.
@@ -30,15 +30,15 @@ class NoisySpan:
 
 
 def burst_cutoff(dt: float) -> float:
-    """Return the default cut-off in Hz for bursts in a clip with a frame time of `dt` seconds."""
+    """Return the default cut-off in Hz for noise bursts, given the frame time `dt` in seconds."""
     return min(_CUTOFF, usual_cutoff(dt))
 
 
 def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
     """Return the frames of each joint that should be smoothed, sorted by start.
 
-    If bursts of several joints overlap, or nearly do, the same frames are smoothed in all of these
-    joints, since a detected burst is often a little too short in one of them.
+    If noise bursts of several joints overlap or nearly overlap, the same frames are smoothed in all
+    of these joints, because a detected burst is often a little too short in one of them.
     """
     border = max(1, round(_BORDER * motion.fps))
     found = []
@@ -54,9 +54,9 @@ def smooth_spans(
 ) -> Motion:
     """Return the motion with smoothed rotations in the given spans.
 
-    All other values do not change. A span is not smoothed across a cut or before the frame `first`.
-    `cutoff` is the cut-off in Hz, by default :func:`burst_cutoff`. Raises TwistError if it does not
-    fit the frame rate of the clip.
+    No other values change. A span is not smoothed across a cut or before the frame `first`.
+    `cutoff` is the cut-off in Hz, by default the result of :func:`burst_cutoff`. Raises TwistError
+    if the cut-off does not fit the frame rate of the clip.
     """
     cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()

@@ -1,10 +1,11 @@
 """The networks that compute gains (ControlNet) and the initial state (InitNet), in numpy.
 
 Both are described in [Le26 §3.1, supplement A]. Each has two hidden layers (linear, LayerNorm,
-LeakyReLU) and a linear output layer. In ControlNet, a linear path from the inputs to the bias keeps
-joints still that hardly rotate. The inputs are poses, errors and velocities. They are relative to
-the parent joint or, for the root, to the heading of the body. No input is a position in world
-space. There are separate gains for each axis of the 24 joints and of the root's position.
+LeakyReLU) and a linear output layer. In ControlNet, a linear skip connection from the inputs to the
+bias helps to keep joints still if they hardly rotate. The inputs are poses, errors and velocities.
+They are relative to the parent joint or, for the root, to the heading of the body. No input is a
+position in world space. There are separate gains for each axis of the 24 joints and of the root's
+position.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class Network:
     variant
         The variant, a key of VARIANTS.
     note
-        A line about the training (data, seed, epochs), which is stored in the file.
+        A line of text about the training (data, seed, epochs), which is stored in the file.
     """
 
     weights: Mapping[str, Float32]
@@ -88,9 +89,11 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip, which starts from the first references of the clip.
+        """Return a controller for tracking a clip with these weights.
 
-        The references are q̂, shape (frames, …, 24, 4), and r̂ in metres, shape (frames, …, 3).
+        The noisy input of the clip consists of the rotations `q_hat`, shape (frames, …, 24, 4), and
+        the root positions `r_hat` in metres, shape (frames, …, 3). The first two frames determine
+        the initial state.
         """
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
@@ -98,7 +101,7 @@ class Network:
 class NetworkController(Controller):
     """A controller that computes gains with ControlNet and the initial state with InitNet.
 
-    InitNet needs the first two references, so the first pose is one 25 Hz sample late.
+    InitNet needs the first two references, so the first pose is delayed by one 25 Hz sample.
     """
 
     def __init__(self, network: Network, q_hat: Array, r_hat: Array) -> None:
@@ -109,9 +112,10 @@ class NetworkController(Controller):
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state from InitNet. The rotations are Exp(φ) ⊗ q̂, with φ from InitNet.
+        """Return the initial state from InitNet.
 
-        With fewer than two references, the initial state is the first reference at rest.
+        The rotations are Exp(φ) ⊗ q̂, where φ is an output of InitNet. If there are fewer than two
+        references, the initial state is the first reference with zero velocity.
         """
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
@@ -142,7 +146,7 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of a step from ControlNet.
+        """Return the gains of a step, computed by ControlNet.
 
         Raises UnstableGainsError if `dt` is not 0.04 s, the frame time of the training.
         """
@@ -207,7 +211,8 @@ def pose_inputs(q: Array) -> Array:
 def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
     """Standardise pose inputs with their mean and standard deviation in the training data.
 
-    One degree then has more weight in a joint that hardly rotates than in a joint that rotates far.
+    As a result, one degree has more weight in a joint that hardly rotates than in a joint that
+    rotates far.
     """
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
@@ -235,7 +240,10 @@ def _back(v: Array, cos: Array, sin: Array) -> Array:
 
 
 def _root_turned(v: Array, cos: Array, sin: Array) -> Array:
-    """Apply :func:`_into` to the root's vectors only, in vectors of shape (…, joints, 3)."""
+    """Apply :func:`_into` to the root's vectors.
+
+    `v` contains the vectors of all joints, (…, joints, 3). All other vectors remain unchanged.
+    """
     out = v.copy()
     out[..., 0, :] = _into(v[..., 0, :], cos, sin)
     return out
@@ -287,7 +295,7 @@ def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
 
 
 def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
-    """Return a network for training, with random hidden layers and the hand-tuned gains as output.
+    """Return a network to train. Its hidden layers are random, and it outputs the hand-tuned gains.
 
     κA is 20, since a sigmoid cannot be 0. All other gains are the defaults of :class:`Gains`.
     """
@@ -317,7 +325,7 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 def write_network(network: Network, path: Path) -> None:
     """Write the weights of a network as float16, atomically.
 
-    The same network always results in the same bytes.
+    Writing the same network again produces the same bytes.
     """
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}

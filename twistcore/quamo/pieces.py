@@ -21,10 +21,10 @@ def cuts_after(motion: Motion, first: int) -> NDArray[np.int64]:
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """Return the frames [start, stop) of each capture from frame `first` on, split at the cuts.
+    """Split a motion at its cuts, and return the frames [start, stop) of each capture.
 
-    Most clips have only one capture. A single frame next to a cut is not a capture, and neither is
-    a rest pose that is held until the end of the clip.
+    Frames before `first` are ignored. Most clips have only one capture. A single frame next to a
+    cut is not a capture, and neither is a rest pose that is held until the end of the clip.
     """
     borders = [first, *cuts_after(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

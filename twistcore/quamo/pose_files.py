@@ -31,7 +31,7 @@ _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
 
 
 class PosesError(TwistError):
-    """The error if a file cannot be read as poses."""
+    """Raised if a file cannot be read as poses."""
 
 
 def is_pose_file(path: Path) -> bool:

@@ -58,7 +58,7 @@ class Poses:
     offsets
         The rest offsets in the file, metres, shape (24, 3); None if there are none.
     notes
-        A sentence for each assumption and each part that was left out.
+        A sentence for each assumption and each skipped part.
     """
 
     rotations: Array
@@ -125,7 +125,7 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays whose first axis is the person into the arrays of each person.
+    """Split arrays whose first axis is the person, and return the arrays of each person.
 
     The array of the root's position must have this axis as well. A second axis of length 1 means
     that each person has a single frame, but only if the poses have this axis too, since no body has
@@ -155,7 +155,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays with one row for each person in each frame into the arrays of each person.
+    """Split arrays with one row per person and frame, and return the arrays of each person.
 
     World coordinates are used if the file has them.
     """
@@ -188,9 +188,9 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Convert a dict of frames, each with its people's data, to the arrays of each person.
+    """Convert a dict of frames, each with the data of its people, to arrays for each person.
 
-    Frames in which a person was not seen, so that the last pose is repeated, are left out.
+    Frames in which a person was not visible are skipped, because they only repeat the last pose.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -216,7 +216,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of frames of a person, for a message."""
+    """Return the number of frames of a person, for use in a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
@@ -225,7 +225,7 @@ def _frames(names: Names) -> int:
 
 
 def _poses(path: Path, names: Names) -> Poses:
-    """Return the poses of one person, given the arrays of the person.
+    """Return the poses of one person, given the arrays of this person.
 
     Raises PosesError, which names the wrong array and, if possible, the frame.
     """

@@ -20,7 +20,7 @@ def pose_rotations(
 ) -> Array:
     """Convert axis-angle vectors or rotation matrices to unit quaternions, (frames, joints, 4).
 
-    Raises PosesError if the shape is different, a number is not finite, or a matrix is not a
+    Raises PosesError if the shape is not supported, a number is not finite, or a matrix is not a
     rotation.
 
     Parameters
@@ -56,7 +56,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """Raise PosesError if a number is NaN, infinite or larger than a million."""
+    """Raise PosesError if a number is NaN, infinite, or at least a million in magnitude."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])

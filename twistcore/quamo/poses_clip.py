@@ -18,7 +18,7 @@ from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, ske
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle, rotate
 
-# The turn about x, in radians, from a file with this axis up to a clip with y up.
+# The rotation about x, in radians, from a file with this axis up to a clip with y up.
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}
 UPS = tuple(_TURNS)
 
@@ -36,7 +36,7 @@ def read_poses(
 
     The bone lengths come from a template or from an array `offsets` in the file, shape (24, 3), in
     metres. If the file has `offsets`, they also define the rest pose and the root's rest position,
-    even with a template. The warnings of the clip list all assumptions.
+    even if a template is given. The warnings of the clip list all assumptions.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def read_poses(
     axis, said = _upwards(poses, up)
     turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), _TURNS[axis])
     rotations[:, 0] = multiply(turn, rotations[:, 0])
-    # SMPL turns the root about its rest position, so this position is added in the file's axes.
+    # SMPL rotates the root about its rest position, so this position is added in the file's axes.
     places = rotate(turn, poses.places + offsets[0])
     motion = Motion(skeleton_24(offsets), rotations, (0,), places[:, None], 1.0 / rate)
     clip = parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)

@@ -1,4 +1,4 @@
-"""Apply a correction that was computed at 25 Hz to a clip with another frame rate."""
+"""Apply a correction that was computed at 25 Hz to a clip with a different frame rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["corrected", "resampled", "sample_times"]
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of the 25 Hz samples of a clip, in (fractional) frames, (samples,).
+    """Return the times of the 25 Hz samples of a clip, in fractional frames, shape (samples,).
 
     `frames` is the number of frames of the clip, and `dt` is its frame time in seconds.
     """

@@ -43,7 +43,7 @@ def response_words(name: str, late: float, over: float) -> str:
     """Describe the lag and the overshoot of a causal pass in words.
 
     `name` is the name of the tracked quantity, `late` is its lag in seconds, and `over` is its
-    overshoot as a fraction. At a few frames per second, the lag is negative.
+    overshoot as a fraction. At very low frame rates, the lag is negative.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

@@ -36,8 +36,8 @@ from twistcore.skeleton.rotation import (
 
 _X, _Y, _Z = np.eye(3)
 # For each limb: the joint, its child, the direction of the bone between them in the T-pose, the
-# angle within which the bone is not turned, and the largest angle for which the direction of the
-# turn is certain. Angles are in degrees. In SMPL itself, feet point down by about 25°.
+# angle within which the bone is not rotated, and the largest angle for which the direction of this
+# rotation is certain. Angles are in degrees. In SMPL itself, feet point down by about 25°.
 _LIMBS = (
     *((j, j + 3, -_Y, 8.0, 60.0) for j in (1, 2, 4, 5)),
     *((j, j + 3, _Z, 50.0, 100.0) for j in ANKLES),
@@ -109,7 +109,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         if rest is not None and np.linalg.norm(rest[below]) > 0.0:
             wanted, tolerance = normalise(rest[below]), 0.0
         length = float(np.linalg.norm(offsets[below]))
-        if length <= _SHORT * size:  # a joint without a bone turns with the joint above
+        if length <= _SHORT * size:  # a joint without a bone rotates with its parent
             if parent in own:
                 turns[j] = turns[parent]
             continue
@@ -140,7 +140,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
 
 
 def _body(offsets: Array) -> Array:
-    """Return the rotation by quarter turns, (4,), that makes a rest pose upright and facing z."""
+    """Return the rotation by quarter turns, (4,), that makes a rest pose upright, facing z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
@@ -191,7 +191,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation, (4,), from unit vector a to b. They must not be opposite."""
+    """Return the smallest rotation, (4,), from unit vector a to b, which must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

@@ -4,11 +4,11 @@ Each curve y(t) is replaced by the curve x(t) that minimises
 
     Σ |x(t) − y(t)|² + λ Σ |x(t−1) − 2x(t) + x(t+1)|²,   λ = (2 sin πfΔt)⁻⁴   [Whittaker 1923]
 
-A sine with the cut-off frequency f keeps half of its amplitude, and a slower sine keeps more. There
-is no time shift. The gain at a frequency f' is 1/(1 + λ (2 sin πf'Δt)⁴), as with a second-order
-Butterworth filter that is run in both directions, but the ends of the clip need no padding. A
-straight line does not change by more than 1e-6 of its size, even at the lowest allowed cut-off, a
-thousandth of the frame rate.
+A sine with the cut-off frequency f keeps half of its amplitude, and a slower sine keeps more. The
+result is not shifted in time. The gain at a frequency f' is 1/(1 + λ (2 sin πf'Δt)⁴), as with a
+second-order Butterworth filter that is run in both directions, but the ends of the clip need no
+padding. A straight line does not change by more than 1e-6 of its size, even at the lowest allowed
+cut-off, a thousandth of the frame rate.
 
 The four components of quaternions are smoothed separately, with each quaternion in the hemisphere
 of the previous one, and then scaled to unit length. The result is independent of the coordinate

@@ -10,7 +10,7 @@ from twistcore.skeleton.rotation import Array
 
 
 class UnstableGainsError(TwistError):
-    """The error for gains with which the tracker would diverge at the given frame time."""
+    """Raised for gains with which the tracker would diverge at the given frame time."""
 
 
 def check_stability(gains: Gains, dt: float) -> None:

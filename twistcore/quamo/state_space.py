@@ -1,11 +1,11 @@
 """The equations of a tracking step for rotations, angular velocities, root position and velocity.
 
 Equation numbers refer to [Le26], arXiv:2601.19580. q is a tracked rotation and q̂ its noisy
-reference, r is the tracked position of the root and r̂ its reference, ω is the angular velocity of a
-joint, v is the velocity of the root, and Δt is the frame time. Units are seconds, radians, and
+reference, r is the tracked position of the root and r̂ its reference, ω is the angular velocity of
+a joint, v is the velocity of the root, and Δt is the frame time. Units are seconds, radians, and
 metres or the length unit of the clip. Quaternions are scalar first. Angular velocities are in the
 coordinate system of the parent, so rotations multiply from the left. All functions broadcast over
-leading axes, so the shapes below give only the last axes.
+leading axes, so the documented shapes include only the last axes.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ EXACT, FIRST_ORDER = "exact", "first-order"  # methods of integrating a rotation
 class Gains:
     """The gains of the meta-PD controller [Le26 Eq. 5].
 
-    The gains of rotations are numbers or arrays that broadcast to the shape (…, joints, 3), and the
-    gains of the root's position are numbers or arrays that broadcast to the shape (…, 3).
+    The gains for rotations are numbers or arrays that broadcast to the shape (…, joints, 3). The
+    gains for the root's position are numbers or arrays that broadcast to the shape (…, 3).
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ def angular_acceleration(
     gains
         The gains of the step.
     dt
-        The frame time.
+        The frame time in seconds.
     """
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2

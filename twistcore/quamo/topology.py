@@ -1,4 +1,4 @@
-"""Find the 24 SMPL joints, which the networks and metrics use, in another skeleton."""
+"""Find the 24 SMPL joints, which the networks and metrics use, in any other skeleton."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The 24 SMPL joints within another skeleton.
+    """The 24 SMPL joints within a skeleton that may have more joints.
 
     Attributes
     ----------
     joints
         The index of each of the 24 joints in the skeleton, shape (24,).
     folded
-        For each of the 24 joints, the indices of the joints between it and its parent among the 24,
-        from the top. Their rotations are combined with the rotation of the joint.
+        For each of the 24 joints, the indices of the skeleton's joints between this joint and its
+        parent among the 24, in order from the root. Their rotations are combined with the rotation
+        of the joint.
     skeleton
         The skeleton.
     """
@@ -141,7 +142,7 @@ def places_24(offsets: Array, q: Array, r: Array) -> Array:
     """Return the positions of the 24 joints in world space, (…, 24, 3).
 
     `offsets` contains the rest offsets, (24, 3), `q` the local rotations, (…, 24, 4), and `r` the
-    root's positions, (…, 3). All lengths have the same unit.
+    root's positions, (…, 3). All lengths must have the same unit.
     """
     turned = np.empty(q.shape)
     out = np.empty((*q.shape[:-1], 3))

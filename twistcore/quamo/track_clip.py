@@ -48,9 +48,9 @@ class TrackedMotion:
     passes
         If requested, the steps of the forward pass and, if there was one, of the backward pass.
     at
-        The time of each step in (fractional) frames of the clip, shape (steps,).
+        The time of each step in fractional frames of the clip, shape (steps,).
     joints
-        The index in the skeleton of each joint of a step.
+        The indices, in the skeleton, of the joints in each step.
     """
 
     motion: Motion
@@ -95,7 +95,7 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint whose position channels move the whole figure, or None.
+    """Return the joint whose position channels move the whole figure, or None if there is none.
 
     This is the topmost joint that moves and has at least half of all joints in its subtree. It is
     usually the root, but in some rigs the root is still and the hips below it move. If no such
@@ -158,7 +158,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range within a capture, (n,), of values, (frames, n, components)."""
+    """Return the largest range of values within a capture, (frames, n, components) → (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -189,7 +189,8 @@ def track_by_hand(
     gains
         The gains, by default :meth:`Gains.by_hand` for the frame rate.
     causal
-        If False, each of :func:`pieces` is tracked forward and backward (:func:`track_both_ways`).
+        If False, each capture (see :func:`pieces`) is tracked forward and backward with
+        :func:`track_both_ways`.
     place
         If True, the position of :func:`placed_joint` is tracked as well.
     first
@@ -242,14 +243,14 @@ def track_learned(
     motion
         The motion.
     joints
-        The indices of the joints to change. Joints that are not among the 24 are left out.
+        The indices of the joints to change. Joints that are not among the 24 are ignored.
     network
         The network.
     unit
         The length of one unit of the clip in metres, by default CMU's unit.
     causal
-        If False, each of :func:`pieces` is tracked forward and backward, with an initial state from
-        the network at either end.
+        If False, each capture (see :func:`pieces`) is tracked forward and backward, with an initial
+        state from the network at either end.
     place
         If True, the position of the root is tracked as well (see :func:`check_place`).
     first, keep_steps, tell
@@ -295,7 +296,7 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth joints with a spline in each of :func:`pieces`.
+    """Smooth joints with a spline, separately in each capture between cuts.
 
     `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`. The cut-off for
     the position is three quarters of it. The other parameters are the same as for
@@ -322,7 +323,7 @@ class _Piece:
     found
         The result of the tracker.
     at
-        The times of the steps in (fractional) frames of the clip.
+        The times of the steps in fractional frames of the clip.
     q, r
         The rotations, shape (frames, joints, 4), and positions, shape (frames, 3), to write.
     """
@@ -336,7 +337,7 @@ class _Piece:
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
     """Return the spans to track: the captures or, for a causal pass, all frames as one span.
 
-    A causal pass does not know where the cuts are.
+    A causal pass is not split, because it does not know where the cuts are.
     """
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
@@ -352,8 +353,8 @@ def _tracked(
 ) -> TrackedMotion:
     """Track each span with the function `run`, and combine the results.
 
-    `joints` contains the joints to write, `stepped` the joints of a step, and `placed` is the joint
-    whose position is written, or None.
+    `joints` contains the joints to write, and `stepped` the joints in each step of the tracker.
+    `placed` is the joint whose position is written, or None.
     """
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
@@ -389,9 +390,9 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with new rotations of joints and positions of the joint `placed`.
+    """Return the motion with new rotations of `joints` and new positions of the joint `placed`.
 
-    Each part consists of the first frame, the rotations and the positions.
+    Each of `parts` consists of its first frame, its rotations and its positions.
     """
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:

@@ -56,14 +56,14 @@ class State:
 
 
 class Controller(ABC):
-    """The source of the gains of each step, tuned by hand or computed by a network."""
+    """A source of gains for tracking steps, which are tuned by hand or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state for the first reference, by default this reference at rest."""
+        """Return the initial state, by default the first reference with zero velocity."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller for a forward and a backward pass together, by default this one.
+        """Return a controller for a simultaneous forward and backward pass, by default this one.
 
         The references `q_two`, (frames, 2, …, joints, 4), and `r_two`, (frames, 2, …, 3), are in
         forward and in backward order.
@@ -97,7 +97,7 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller with the same gains or, if none were given, the default gains.
+        """Return a controller with the same gains or, if no gains were given, the default gains.
 
         The default gains are those for tracking forward and backward.
         """
@@ -241,7 +241,7 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip causally, with the same result as a :class:`Stepper`.
+    """Track a whole clip causally, which gives the same result as a :class:`Stepper`.
 
     Parameters
     ----------
@@ -309,7 +309,7 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """Return a list of frames as text, such as 'frame 7' or 'frames 7, 12–15' (15 excluded).
+    """Describe a set of frames in words, such as 'frame 7' or 'frames 7, 12–15' (15 is excluded).
 
     `there` is the mask of the frames, shape (frames,), with at least one True. At most ten ranges
     are listed.
@@ -320,7 +320,10 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the name and the listed frames of each joint in a mask, (frames, joints)."""
+    """Return the name of each joint that is True in any frame, and the description of these frames.
+
+    `there` is a mask, (frames, joints). The frames are described by :func:`frames_listed`.
+    """
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 

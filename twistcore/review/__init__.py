@@ -1,7 +1,7 @@
 """Review the detected intervals of a clip and decide which of them are errors.
 
-The package has the state of a review, its commands with undo and redo, the journal that protects it
-from a crash, and the session file that stores it.
+The package contains the state of a review, its commands with undo and redo, the journal that
+protects it from a crash, and the session file that stores it.
 """
 
 from twistcore.review.commands import (

@@ -16,18 +16,18 @@ from twistcore.work.frozen import dataclass
 
 
 class PairDifference(StrEnum):
-    """A kind of difference between two reviewers' views of an interval."""
+    """A kind of difference between two reviewers' decisions on an interval."""
 
     VERDICT = "opposite decisions"
     CORRECTION = "different corrections"  # neither reviewer has rejected the interval
     DECIDED = "decided by one only"
     INSERTED = "inserted by only one reviewer"
-    DETECTED = "detected in one only"  # and its reviewer has decided on it
+    DETECTED = "detected in one only"  # by a reviewer who has decided on it
 
 
 @dataclass(frozen=True)
 class PairedIntervals:
-    """An interval that is in one or both of two reviews of the same clip.
+    """An interval that appears in one or both of two reviews of the same clip.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class PairedIntervals:
 
     @property
     def difference(self) -> PairDifference | None:
-        """The kind of difference between the reviewers, or None if they do not differ."""
+        """The kind of difference between the two reviews, or None if there is none."""
         mine, theirs = self.mine, self.theirs
         if mine is None or theirs is None:
             if self.either.by_hand:
@@ -72,7 +72,7 @@ class PairedIntervals:
         return None
 
     def taken(self, new_id: int) -> Judged | None:
-        """Return the interval with the second reviewer's decision and correction.
+        """Return the interval with the second reviewer's decision and offset.
 
         The result is None if the second reviewer has not decided. `new_id` is the id of the result
         if only the second review has the interval.
@@ -101,12 +101,12 @@ class Agreement:
 
     @property
     def differences(self) -> tuple[PairedIntervals, ...]:
-        """The pairs about which the reviewers differ."""
+        """The pairs that differ between the two reviews."""
         return tuple(pair for pair in self.pairs if pair.difference is not None)
 
     @property
     def decisions(self) -> tuple[tuple[Decision, Decision], ...]:
-        """The decisions of both reviewers on each interval on which both have decided."""
+        """The two reviewers' decisions on each interval on which both have decided."""
         return tuple(
             (pair.mine.decision, pair.theirs.decision)
             for pair in self.pairs
@@ -120,7 +120,10 @@ class Agreement:
 
     @property
     def percent(self) -> float | None:
-        """The percentage of equal decisions, or None if no interval was decided by both."""
+        """The percentage of equal decisions, among the intervals decided by both reviewers.
+
+        The value is None if there is no such interval.
+        """
         return 100.0 * self.alike / len(self.decisions) if self.decisions else None
 
     @property
@@ -139,7 +142,7 @@ class Agreement:
 
     @property
     def summary(self) -> str:
-        """A sentence about the number of equal decisions and kappa."""
+        """A text with the number and percentage of equal decisions, and kappa."""
         if self.percent is None:
             return self.why_no_kappa
         score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
@@ -164,8 +167,7 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
     """Return Cohen's kappa [Cohen 1960] of the decisions of two judges on the same items.
 
     Kappa is 1 if the judges always agree, and 0 if they agree as often as by chance. The result is
-    None if there are no decisions, or if both judges have made the same single decision on all
-    items.
+    None if there are no decisions, or if both judges have made the same decision on every item.
     """
     if not first:
         return None
@@ -177,11 +179,11 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
 
 
 def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
-    """Pair intervals in two reviews of a clip that may be the same interval.
+    """In two reviews of a clip, pair the intervals that may describe the same error.
 
-    Two intervals form a pair if they have the same chain and kind and common frames. Pairs with the
-    most common frames are formed first. The result lists the intervals of the first review in their
-    order, and then the intervals that only the second review has.
+    Two intervals can form a pair if they have the same chain and kind, and if they overlap. Pairs
+    with the largest overlap are formed first. The result lists the intervals of the first review in
+    their order, followed by the intervals that only the second review has.
     """
     partner: dict[int, int] = {}
     taken: set[int] = set()
@@ -197,11 +199,12 @@ def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[Pa
 
 
 def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
-    """Return the second reviewer's decisions on all intervals that the first has left undecided.
+    """Return the second reviewer's decisions on intervals that the first has left undecided.
 
-    An interval keeps its id in the first review, or gets a new id from `new_id` on. Two kinds of
-    intervals are excluded: intervals on which the first reviewer has worked, and intervals that
-    overlap such an interval, since both corrections would be added.
+    An interval keeps its id in the first review. Intervals that only the second review has get new
+    ids, starting with `new_id`. Two kinds of intervals are excluded: intervals that the first
+    reviewer has decided on, edited, annotated or inserted, and intervals that overlap one of these,
+    because both corrections would be applied.
     """
     kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
     theirs = [p.theirs for p in pairs if p.theirs is not None]
@@ -216,7 +219,7 @@ def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> t
 
 
 def check_same_clip(sha256: str, other: str) -> None:
-    """Raise ClipMismatchError if the SHA-256 of the clips of two reviews differ."""
+    """Raise ClipMismatchError unless the clips of two reviews have the same SHA-256."""
     if sha256 != other:
         raise ClipMismatchError("the two reviews are of different clips (SHA-256 differs)")
 
@@ -224,9 +227,10 @@ def check_same_clip(sha256: str, other: str) -> None:
 def merged_review(found: Agreement, state: ReviewState) -> ReviewState:
     """Return a review that contains the decisions on which both reviewers agree.
 
-    `found` has the paired intervals of both reviews. All other intervals are undecided, with both
-    decisions in their notes. τ, chains and tracking are copied from `state`, the first review.
-    Raises ClipMismatchError if the first review lacks a chain of the second.
+    `found` contains the paired intervals of both reviews. Intervals without an agreement are
+    undecided, and their notes contain both decisions. τ, chains and tracking are copied from
+    `state`, the first review. Raises ClipMismatchError if the first review lacks a chain of the
+    second.
     """
     out: list[Judged] = []
     new_id = state.next_id

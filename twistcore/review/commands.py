@@ -1,4 +1,4 @@
-"""Define the commands of a review as immutable objects that turn one state into the next."""
+"""Define the commands of a review as immutable objects that transform one state into the next."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Command(ABC):
         return ()
 
     def continues(self, earlier: Command) -> bool:
-        """Return True if both commands belong to the same drag, so that one undo reverts both."""
+        """Return True if this command continues the drag of `earlier`, so one undo reverts both."""
         del earlier
         return False
 
@@ -88,7 +88,10 @@ class Decide(Command):
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision. Resetting a decision also removes name and time."""
+        """Return the state with the decision on the intervals.
+
+        If the decision is reset to undecided, the reviewer's name and the time are removed, too.
+        """
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
@@ -100,8 +103,8 @@ class Decide(Command):
 class Sign(Command):
     """Add a reviewer's name to decisions that were made without a name.
 
-    Signing is not a step of the history, because :class:`Review` adds the name in every state. An
-    undo therefore reverts the last decision, and the other decisions remain signed.
+    Signing is not a step in the undo history, because :class:`Review` adds the name to every stored
+    state. The next undo therefore reverts the last decision, and the other decisions remain signed.
     """
 
     ids: tuple[int, ...]
@@ -117,11 +120,11 @@ class Sign(Command):
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that adds the name to a state's decisions that are unsigned in `now`.
+        """Return a function that signs the decisions in a state that are unsigned in `now`.
 
-        If the function is called again with the same state, it returns the same object. A state
-        without such decisions is returned unchanged. Raises KeyError if `now` lacks one of the
-        intervals.
+        The function returns a state in which these decisions have the reviewer's name. If it is
+        called again with the same state, it returns the same object. A state without such decisions
+        is returned unchanged. Raises KeyError if `now` lacks one of the intervals.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -157,7 +160,7 @@ class Edit(Command):
     interval
         The new interval.
     drag
-        A number that is equal for all edits in one drag of the mouse, 0 for an edit without a drag.
+        A number that all edits in one mouse drag share, or 0 for an edit without a drag.
     """
 
     id: int
@@ -175,7 +178,11 @@ class Edit(Command):
         return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the new interval, marked as edited. Raises ValueError."""
+        """Return the state with the new interval, marked as edited.
+
+        Raises ValueError if the interval is empty, belongs to a different chain, or cannot be
+        edited.
+        """
         old = state.find(self.id)
         if self.interval.start < 0 or self.interval.stop <= self.interval.start:
             raise ValueError("an interval must have at least one frame")
@@ -188,7 +195,7 @@ class Edit(Command):
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
-        """Return True if this edit belongs to the same drag of the same interval."""
+        """Return True if `earlier` edits the same interval in the same drag."""
         return (
             isinstance(earlier, Edit)
             and self.drag != 0
@@ -221,21 +228,21 @@ class Annotate(Command):
 
 @dataclass(frozen=True, eq=False)
 class Insert(Command):
-    """Add an interval that the user made by hand."""
+    """Add an interval that the user has created by hand."""
 
     interval: Interval
 
     text = "New interval"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the new interval, undecided."""
+        """Return the state with the new interval, which is undecided."""
         new = Judged(state.next_id, as_written(self.interval), by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove an interval made by hand. A detected interval can be rejected, but not removed."""
+    """Remove an interval created by hand. Detected intervals can be rejected, but not removed."""
 
     id: int
 
@@ -258,13 +265,13 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new τ and replace intervals by the intervals that are detected with it.
+    """Set a new threshold τ, and replace intervals by the ones detected with it.
 
     The rules are:
 
     - An interval that was edited, or on which a person has decided, is kept. A detected interval
-      is dropped if it is the same (IoU of at least 0.5) or if at least 80 % of it lies inside the
-      kept one. If there is no such detected interval, the kept interval is marked as unsupported.
+      is dropped if it matches a kept one (IoU of at least 0.5) or if at least 80 % of it lies
+      inside a kept one. A kept interval without such a detected interval is marked as unsupported.
     - Every other interval is replaced by a detected one that overlaps it, with the largest overlaps
       first, or removed if there is none.
     - The remaining detected intervals are added.
@@ -278,7 +285,7 @@ class Redetect(Command):
     method
         The new detector, or '' to keep the detector.
     drag
-        A number that is equal for all commands in one drag of a τ line, 0 without a drag.
+        A number that all commands in one drag of a τ line share, or 0 without a drag.
     """
 
     tau: Mapping[str, float]
@@ -302,7 +309,7 @@ class Redetect(Command):
         return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
-        """Return True if this command belongs to the same drag of the same τ line."""
+        """Return True if `earlier` belongs to the same drag of the same τ line."""
         return (
             isinstance(earlier, Redetect)
             and self.drag != 0
@@ -320,7 +327,7 @@ class ChangeChains(Command):
     rig
         The new chains.
     tau
-        τ in radians of all chains in their order, keyed by chain name.
+        The τ of every chain in radians, keyed by chain name, in the order of the chains.
     again
         Names of the chains in which intervals were detected again: new chains, and chains whose
         neighbours changed.
@@ -364,7 +371,7 @@ class CarryOver(Command):
     earlier
         The intervals of the earlier review.
     same_clip
-        True if the earlier review is of the same clip, False if it is of another take.
+        True if the earlier review is of the same clip, False if it is of a different take.
     """
 
     earlier: tuple[Judged, ...]
@@ -382,9 +389,9 @@ class CarryOver(Command):
 
 @dataclass(frozen=True, eq=False)
 class Settle(Command):
-    """Replace intervals and their decisions, to settle differences between two reviews of the clip.
+    """Replace intervals and their decisions, to settle differences between two reviews of a clip.
 
-    An interval in `earlier` replaces the interval with the same id, or is added if there is none.
+    Each given interval replaces the interval with the same id, or is added if there is none.
     """
 
     earlier: tuple[Judged, ...]

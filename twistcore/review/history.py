@@ -1,4 +1,4 @@
-"""Keep the history of a review, with undo and redo."""
+"""Store the history of a review, with undo and redo."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Review:
     Raises
     ------
     TypeError
-        If `found` has another type.
+        If `found` has an unsupported type.
 
     Examples
     --------
@@ -70,7 +70,7 @@ class Review:
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+        """Return the chains and limbs under review in a motion, and the accepted intervals.
 
         An accepted interval that cannot be corrected, such as a lone jump, is excluded.
         """
@@ -103,9 +103,9 @@ class Review:
     def do(self, command: Command) -> None:
         """Run a command as a new step, or as part of the previous step if both belong to one drag.
 
-        During a drag, each command starts from the state before the drag, so only the end of the
-        drag matters: moving a τ line up and back changes no interval. :class:`Sign` is not a step,
-        because it changes all states.
+        During a drag, each command starts from the state before the drag, so only the final
+        position matters. Dragging a τ line up and back, for example, does not change any interval.
+        :class:`Sign` is not a step, because it changes all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -155,21 +155,24 @@ class Review:
 
     @property
     def history(self) -> tuple[str, ...]:
-        """The names of all steps: first the :attr:`position` done steps, then the undone steps."""
+        """The names of all steps: the completed steps, followed by the undone steps.
+
+        The number of completed steps is :attr:`position`.
+        """
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """The interval that each step of :attr:`history` changes, in its state after the step.
+        """The interval that each step of :attr:`history` changes, as it is after the step.
 
-        An interval that a step removes is in its state before the step. The value is None for a
-        step that changes several intervals or none.
+        A removed interval is listed as it was before the step. The value is None for a step that
+        changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """The number of done steps, which is also the index of the next redo in :attr:`history`."""
+        """The number of completed steps, which is the index of the next redo in :attr:`history`."""
         return len(self._done)
 
     @property
@@ -178,9 +181,9 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the evidence of detected intervals to equal intervals in all states of the history.
+        """Copy the evidence of detected intervals to matching intervals in every stored state.
 
-        `found` has the detected intervals. Adding evidence is not a step of the history.
+        `found` contains the detected intervals. Copying evidence is not a step of the history.
         """
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
@@ -211,9 +214,9 @@ def _changed_interval(step: _Step) -> Judged | None:
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """Return the initial state of a review of `found`, or `found` itself if it is a state.
+    """Return the initial state for reviewing `found`, or `found` itself if it is a state.
 
-    Raises TypeError if `found` has another type.
+    Raises TypeError if `found` has an unsupported type.
     """
     if isinstance(found, ReviewState):
         return found

@@ -1,14 +1,15 @@
 """Write every command of a review to a journal immediately, so a crash does not lose decisions.
 
-A journal is a text file with one JSON document per line. The first line has the session at the time
-when the journal began, and the number of unsaved steps before it. Every other line has one of
+A journal is a text file with one JSON document per line. The first line contains the session at the
+time when the journal began, and the number of unsaved steps before it. Every other line contains
+one of the following:
 
 - a command
 - an undo or a redo
 - the whole session again, after an undo of a step from before the journal
 
-If a crash cut the last line short, this line is ignored and the lines before it are used. A journal
-never replaces an existing file, and its valid lines are never removed.
+If the last line is incomplete because of a crash, it is ignored and the lines before it are used. A
+journal never replaces an existing file, and its valid lines are never removed.
 """
 
 from __future__ import annotations
@@ -84,10 +85,11 @@ class Journal:
     """
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Create a journal that begins with `state`, after `steps` unsaved steps.
+        """Create a journal that begins with `state`.
 
-        Raises FileExistsError if the file exists, and OSError if it cannot be written. If writing
-        fails, no file is left.
+        `steps` is the number of unsaved steps before the journal. Raises FileExistsError if the
+        file exists, and OSError if it cannot be written. If writing fails, the incomplete file is
+        deleted.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
@@ -105,7 +107,7 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Continue a journal of an earlier run. Raises OSError.
+        """Continue writing a journal of an earlier run. Raises OSError if this fails.
 
         If some lines could not be replayed, the file is first copied to a new file next to it.
         """
@@ -175,7 +177,7 @@ class Journal:
     def discard(self) -> None:
         """Close and delete the journal, because its contents were saved or deliberately discarded.
 
-        If the file cannot be deleted, it is offered for recovery at the next start of the program.
+        If the file cannot be deleted, the program offers to recover it at the next start.
         """
         mine = self.is_there()
         self.close()
@@ -186,7 +188,7 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal.
+    """The contents of a journal after replaying it.
 
     Parameters
     ----------
@@ -292,7 +294,7 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """Raise FormatError unless all chains are in the review and all frames in the clip.
+    """Raise FormatError unless all chains are in the review and all intervals are within the clip.
 
     If `state` is None, the chains are not checked. If `frames`, the clip's number of frames, is
     None, the frames are not checked.
@@ -306,7 +308,10 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless `tau` has exactly the rig's chains and, possibly, its limbs."""
+    """Raise FormatError unless `tau` has a value for every chain of the rig and for nothing else.
+
+    Values for limbs are optional. If `motion` is None, nothing is checked.
+    """
     if motion is None:
         return
     try:
@@ -367,7 +372,7 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as a dict of its fields, in which the key "do" has the command's name."""
+    """Return a command as a dict of its fields, in which the key "do" names the command."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):

@@ -24,7 +24,10 @@ class LeaveOut(Command):
         return "Leave frames out of tuning" if self.spans else "Use all frames for tuning"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with these spans, joined. Raises ValueError for an empty span."""
+        """Return the state with these spans, joined where they touch or overlap.
+
+        Raises ValueError if a span is empty.
+        """
         if any(not 0 <= start < stop for start, stop in self.spans):
             raise ValueError("a span must have at least one frame")
         return replace(state, left_out=joined_spans(self.spans))
@@ -42,7 +45,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of `spans` that none of `others` covers, sorted."""
+    """Return the parts of `spans` that are not covered by any of `others`, sorted."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):
@@ -57,7 +60,7 @@ def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Convert JSON data of a session or journal to left-out spans. Raises FormatError."""
+    """Convert JSON data to the spans that are excluded from tuning. Raises FormatError."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

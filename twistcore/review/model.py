@@ -1,4 +1,4 @@
-"""Store the state of a review in immutable objects, so that an undo restores an earlier object."""
+"""Represent the state of a review by immutable objects, so that undo can restore an earlier one."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Decision(StrEnum):
     Parameters
     ----------
     value : {'undecided', 'accepted', 'rejected'}
-        The word in session files.
+        The string that represents the decision in session files.
 
     Examples
     --------
@@ -61,7 +61,7 @@ class Tracking:
     causal
         True to track only forward in time, False to track forward and backward.
     place
-        True to track the figure's position as well.
+        True to track the position of the figure as well.
     spline
         True to smooth with a spline, which has no gains, instead of tracking.
     cutoff
@@ -85,7 +85,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """A few words for the tracked parts, such as '2 joints and the position'."""
+        """A short description of the tracked parts, such as '2 joints and the position'."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         if self.bursts:
             count = len({(start, stop) for _, start, stop in self.bursts})
@@ -140,13 +140,13 @@ class Judged:
     def counts(self) -> bool:
         """True if summaries count the interval as a correctable error.
 
-        An error of a single joint counts only after a person has accepted it.
+        An error of a single joint is included only after a person has accepted it.
         """
         return self.interval.repairable or self.corrects
 
     @property
     def reported(self) -> Interval:
-        """The interval as reports list it.
+        """The interval as it is listed in reports.
 
         An error of a single joint has an offset only after a person has accepted it.
         """
@@ -156,7 +156,7 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """The decision in the words that users see.
+        """The decision as text to display.
 
         An accepted interval that cannot be corrected, such as a lone jump, is 'seen'. An accepted
         twist error without a reviewer's name and time is an automatic correction.
@@ -170,7 +170,10 @@ class Judged:
 
     @property
     def kept(self) -> bool:
-        """True if a person has worked on the interval, so that a new detection must keep it."""
+        """True if a person has inserted, edited, annotated or decided on the interval.
+
+        A new detection then keeps the interval.
+        """
         return (
             self.by_hand
             or self.edited
@@ -224,7 +227,7 @@ class ReviewState:
         raise KeyError(interval_id)
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+        """Return the chains and limbs under review in a motion, and the accepted intervals.
 
         An accepted interval that cannot be corrected, such as a lone jump, is excluded.
         """
@@ -292,18 +295,18 @@ class ReviewState:
     ) -> int | None:
         """Return the id of the next (+1) or previous (−1) interval, or None if there is none.
 
-        The search wraps around at both ends.
+        The search wraps around at the first and at the last interval.
 
         Parameters
         ----------
         interval_id
-            The current interval, or None to begin at an end.
+            The current interval, or None to start with the first or last interval.
         direction
             1 or −1.
         undecided
             True to skip decided intervals.
         order
-            The ids in the order of a list on the screen. By default, intervals are sorted by chain
+            The ids in the order of the displayed list. By default, intervals are sorted by chain
             and start.
         """
         by_id = {j.id: j for j in self.intervals}
@@ -368,22 +371,25 @@ def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session file: degrees, nine decimals.
+    """Return the interval with its offset rounded to nine decimals of a degree, as in sessions.
 
-    With this rounding, the window and `twistcore apply` correct by exactly the same angles. −0.0
-    becomes 0.0.
+    Because of this rounding, the window and `twistcore apply` correct by exactly the same angles.
+    −0.0 becomes 0.0.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval with frames [start, stop). New frames get the nearest frame's offset."""
+    """Return a copy of the interval with frames [start, stop).
+
+    An added frame has the same offset as the nearest frame of the interval.
+    """
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """Return True if two intervals of a chain have the same frames and, up to rounding, offsets."""
+    """Return True if two intervals have the same frames and, except for rounding, equal offsets."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
@@ -391,8 +397,8 @@ def same_offsets(one: Interval, other: Interval) -> bool:
 def with_level(interval: Interval, delta: float) -> Interval:
     """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
-    An interval with soft ends is scaled instead, so that its largest offset becomes `delta` and its
-    ends stay soft.
+    If the error begins and ends gradually, its offset is scaled instead, so that the largest offset
+    becomes `delta` and the ends remain gradual.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -400,14 +406,14 @@ def with_level(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames."""
+    """Return the interval with its offset replaced by the median offset in all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with offsets that turn the parent's twist into a straight line.
+    """Return the interval with offsets whose removal makes the parent's twist linear in time.
 
-    The offsets remove all variation of the twist, such as drift or jitter.
+    The correction then removes all variation of the twist, such as drift or jitter.
 
     Parameters
     ----------
@@ -424,22 +430,23 @@ def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
 
 
 def relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
-    """Return the angles in [start, stop) relative to a line between the neighbouring frames.
+    """Return the angles in [start, stop) relative to a line between the frames on either side.
 
-    At an end of the clip, where one neighbour is missing, the line is horizontal. If the span is
-    the whole clip, the line is at the level of the last frame.
+    The line connects the angle in the frame before the span with the angle in the frame after it.
+    At the start or end of the clip, where one of these frames is missing, the line is horizontal.
+    If the span is the whole clip, the line is horizontal at the angle of the last frame.
 
     Parameters
     ----------
     theta : array, shape (frames of the clip,)
         Angles in radians.
     start, stop
-        The span.
+        The first frame of the span, and the frame after its last one.
 
     Returns
     -------
     array, shape (stop − start,)
-        In radians, in (−π, π].
+        The relative angles in radians, in (−π, π].
     """
     outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
     before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
@@ -454,13 +461,13 @@ def with_earlier_decisions(
 
     The rules are:
 
-    - An interval that nobody has changed in this review takes over the decision, reviewer, note and
-      reason of the earlier interval of its chain with the most common frames. If that interval was
-      edited, its frames and offset are taken over, too.
-    - An interval that a person has changed in this review stays the same.
+    - An interval that nobody has changed in this review gets the decision, reviewer, note and
+      reason of the earlier interval in the same chain that shares the most frames with it. If the
+      earlier interval was edited, its frames and offset are copied, too.
+    - An interval that a person has changed in this review does not change.
     - Earlier intervals made by hand are added.
     - If `same_clip` is True, earlier decided intervals that overlap no interval of this review are
-      added, marked as unsupported by the detector. In another take, the error may not exist.
+      added, marked as unsupported by the detector. In a different take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -487,9 +494,9 @@ def with_earlier_decisions(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames of two intervals that may be the same error.
+    """Return the number of frames shared by two intervals that may be the same error.
 
-    The result is 0 or negative if there are no common frames or they cannot be the same error.
+    The result is 0 or negative if the intervals share no frames or cannot be the same error.
     """
     if not one.may_be_same(other):
         return 0

@@ -1,4 +1,4 @@
-"""Change the chains of a review, and detect errors again in the chains that this affects."""
+"""Change the chains of a review, and repeat the detection in the affected chains."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _was_automatic(tau: float, before: float, now: float) -> bool:
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """Return True if a session would store the same data for both lists of intervals."""
+    """Return True if a session file would have the same entries for both tuples of intervals."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

@@ -1,4 +1,4 @@
-"""Find overlapping intervals in two lists that may describe the same error."""
+"""Find pairs of overlapping intervals that may describe the same error."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from twistcore.detection import Interval
 def overlaps(
     first: Sequence[Interval], second: Sequence[Interval]
 ) -> Iterator[tuple[int, int, int]]:
-    """Yield (−common frames, k, n) for each pair of overlapping intervals that may be the same.
+    """Yield (−overlap, k, n) for each pair of overlapping intervals that may be the same error.
 
-    k is the index in `first`, and n is the index in `second`. Sorting the results puts the largest
-    overlaps first. The time is nearly linear in the number of intervals.
+    The overlap is a number of frames, k is the index in `first`, and n is the index in `second`.
+    Sorting the results puts the largest overlaps first. The time is nearly linear in the number of
+    intervals.
     """
     by_start = sorted(range(len(second)), key=lambda n: second[n].start)
     starts = [second[n].start for n in by_start]

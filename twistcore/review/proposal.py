@@ -31,9 +31,9 @@ _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)  # smallest jumps that c
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
     """Return an interval between the strongest counter-rotations before and after a frame.
 
-    The edges are searched within half a second. If there is no counter-rotation of 1° or more, the
-    interval is 0.1 s long. The offset is the level of θp in the interval, relative to the line
-    between the frames before and after the interval.
+    In a counter-rotation, the parent and the child rotate in opposite directions. The
+    counter-rotations are searched for within half a second of the frame. If there is none of 1° or
+    more, the interval is 0.1 s long. The offset is as in :func:`interval_over`.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     signals
         The chain's signals.
     frame
-        The frame.
+        A frame inside the interval.
     fps
         Frames per second.
     """
@@ -57,18 +57,18 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
     """Return an interval over [start, stop) with an offset proposed from the chain's signals.
 
-    The offset is the level of θp in the interval, relative to the line between the frames before
-    and after the interval.
+    The offset is the median of the parent's twist θp in the interval, relative to a line between
+    the frames before and after the interval.
     """
     level = median(relative_to_neighbours(signals.theta_p, start, stop))
     return constant_interval(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """Return a limb flip around a frame, between the nearest jumps before and after it.
+    """Return a limb flip between the nearest jumps before and after a frame.
 
     If there is no jump of 25° or more within half a second, the interval is 0.1 s long. The offset
-    is the level of the swivel angle in the interval, relative to the line between the frames before
+    is the median of the swivel angle in the interval, relative to a line between the frames before
     and after the interval. For a straight limb, the offset is the jump at the start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
@@ -80,7 +80,7 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 
 
 def inserted_flip(limb: LimbFlips, start: int, stop: int) -> Interval:
-    """Return a limb flip over [start, stop), with an offset as in :func:`proposed_flip`."""
+    """Return a limb flip in frames [start, stop), with an offset as in :func:`proposed_flip`."""
     level = circular_median(relative_to_neighbours(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
@@ -91,11 +91,11 @@ def inserted_flip(limb: LimbFlips, start: int, stop: int) -> Interval:
 def proposed_at_jump(
     search: KindSearch, jump: Interval, others: Iterable[Interval]
 ) -> Interval | None:
-    """Return the error that a lone jump or a joint jump begins or ends, as a suggestion, or None.
+    """Suggest an error that begins or ends at a jump of a joint, or return None.
 
-    The error is a stretch if the joint stays rotated about its bone, and a spike if the joint soon
-    returns. `others` are the other intervals of the clip. Raises TwistError if the clip does not
-    have the jump's joint.
+    `jump` is a lone jump or a joint jump. The error is a stretch if the joint stays rotated about
+    its bone, and a spike if the joint soon returns. `others` are the other intervals of the clip.
+    Raises TwistError if the clip does not have the jump's joint.
     """
     joint = joint_of(search.motion.skeleton, jump)
     return _stretch_at(search, joint, jump, others) or _spike_at(search.motion, joint, jump)
@@ -104,16 +104,16 @@ def proposed_at_jump(
 def _stretch_at(
     search: KindSearch, joint: int, jump: Interval, others: Iterable[Interval]
 ) -> Interval | None:
-    """Return the stretch that a jump begins or ends, or None.
+    """Return the stretch that begins or ends at a jump, or None.
 
-    In a stretch, the joint stays rotated about its bone. A stretch that the detector finds is
-    preferred. If there is none, two spans are compared: from the previous jump of the joint (or the
-    clip's start) to this jump, and from this jump to the next jump (or the clip's end). The stretch
-    is the span in which the roll is farther from the usual roll or, if the usual roll is unknown,
-    the shorter span.
+    In a stretch, the joint stays rotated about its bone. If the detector finds a stretch at the
+    jump, it is returned. If not, two spans are compared: from the previous jump of the joint (or
+    the clip's start) to this jump, and from this jump to the next jump (or the clip's end). The
+    stretch is the span in which the roll deviates more from the joint's usual roll. If the usual
+    roll is unknown, it is the shorter span.
 
-    The result is None if the roll differs by less than half of the jump in both spans, or if
-    rotating the joint back about its bone leaves more than half of a joint jump.
+    The result is None if the roll deviates by less than half of the jump in both spans, or if
+    rotating the joint back about its bone removes less than half of a joint jump.
     """
     for found in (i for own in find_stretches(search).values() for i in own):
         if found.joint == jump.joint and jump.start in (found.start, found.stop):
@@ -149,7 +149,10 @@ def _removes(search: KindSearch, stretch: Interval, jump: Interval) -> bool:
 
 
 def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
-    """Return the spike that a jump begins or ends if the joint returns within 0.2 s, or None."""
+    """Return the spike that begins or ends at a jump, or None.
+
+    In a spike, the joint returns within 0.2 s.
+    """
     own, at = motion.rotations[:, joint], jump.start
     longest = max(3, round(_SOON * motion.fps))
     size = float(geodesic_angle(own[at - 1], own[at]))
@@ -173,7 +176,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges of a proposed interval, with missing edges (−1) replaced.
+    """Return the edges of a proposed interval, after replacing missing edges (−1).
 
     A missing edge is placed 0.1 s from the other edge. If both are missing, the interval is placed
     around the frame.

@@ -27,7 +27,7 @@ def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewSta
     """Return a function that adds the evidence of detected intervals to the intervals of a state.
 
     An interval gets the evidence of an interval in `found` with the same chain, kind, joint and
-    frames. Intervals that already have evidence or were made by hand stay the same. If the function
+    frames. Intervals that already have evidence or were made by hand do not change. If the function
     is called again with the same state, it returns the same object. If there is nothing to add, it
     returns the state unchanged.
     """

@@ -91,7 +91,7 @@ class Session:
     state: ReviewState
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the chains and limbs of the review for a motion, and the accepted intervals.
+        """Return the chains and limbs under review in a motion, and the accepted intervals.
 
         An accepted interval that cannot be corrected, such as a lone jump, is excluded.
         """
@@ -101,8 +101,8 @@ class Session:
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     """Return a session as JSON data, in which angles are in degrees with nine decimals.
 
-    The oldest possible schema is used, so that older programs can read sessions without newer
-    features.
+    The oldest possible schema is used, so that older programs can read any session that uses no
+    newer features.
     """
     tracking = state.tracking
     otherwise = needs_both_ways_schema(tracking)
@@ -135,9 +135,9 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """Return True if the first schemas cannot store the review.
+    """Return True if the review needs a newer schema than the first ones.
 
-    These schemas have only counter-twists, and τ of chains but not of limbs.
+    The first schemas store only counter-twists, and only τ of chains, not of limbs.
     """
     joints = set(clip.motion.skeleton.names)
     of_limb = any(name not in joints for name in state.tau)
@@ -179,7 +179,7 @@ def write_session(
     Raises
     ------
     TypeError
-        If an argument has another type.
+        If an argument has an unsupported type.
     OSError
         If the file cannot be written.
 
@@ -294,7 +294,7 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Convert an angle from radians to degrees with nine decimals, with −0.0 as 0.0."""
+    """Convert an angle from radians to degrees with nine decimals. −0.0 becomes 0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
@@ -310,10 +310,10 @@ def tau_from_json(entry: Any) -> dict[str, float]:
 
 
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
-    """Return True if tracking includes the position, or runs forward and backward.
+    """Return True if tracking includes the position, or runs forward and backward in time.
 
-    The first programs with tracking would ignore these settings, so such a session needs a newer
-    schema.
+    The first program versions with tracking would ignore these settings, so a session with them
+    needs a newer schema.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
@@ -390,7 +390,8 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 def interval_from_json(entry: Any) -> Interval:
     """Convert JSON data to an interval. Raises FormatError if it is damaged.
 
-    A constant offset uses the memory of one number, since damaged frame numbers may be huge.
+    A constant offset takes up the memory of a single number, because frame numbers in a damaged
+    file may be huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -410,9 +411,9 @@ def interval_from_json(entry: Any) -> Interval:
 
 
 def _kind(entry: Any) -> Kind:
-    """Return the kind of error with a name. The name may be from a later version.
+    """Return the kind of error that a name stands for. It may be unknown to this program version.
 
-    Raises FormatError if the name is not a string or is spelled differently.
+    Raises FormatError if the name is not a string or is not spelled exactly as expected.
     """
     if not text(entry, "kind").strip():
         raise unexpected("a string", "kind", entry)
@@ -422,7 +423,7 @@ def _kind(entry: Any) -> Kind:
 
 
 def _offset(entry: Any, frames: int) -> Array:
-    """Return an offset in radians, shape (frames,), from degrees: one number or one per frame."""
+    """Convert an offset in degrees, one number or one per frame, to radians, shape (frames,)."""
     listed = entry if isinstance(entry, list) else [entry]
     degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):

@@ -38,7 +38,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return the number of frames in which an offset rises to its maximum and in which it falls."""
+    """Return the number of frames in which an offset rises, and the number in which it falls."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

@@ -1,7 +1,7 @@
 """Read and write the files of a class exercise: the exercise, the answers and the results.
 
-The exercise lists the intervals of a clip that students must judge, but does not say which of them
-are errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
+The exercise lists the intervals of a clip that students must judge, but not which of them are
+errors. The errors are in the teacher's truth file (:mod:`twistcore.synthesis`).
 """
 
 from __future__ import annotations
@@ -146,9 +146,9 @@ def read_answer(path: Path) -> StudentAnswer:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
-    """Return a CSV table that compares the students' verdicts with the hidden errors.
+    """Return a CSV table that compares students' verdicts with the hidden errors.
 
-    `handed` are the students' answers. The table has one row per student, sorted by name.
+    `handed` contains the students' answers. The table has one row per student, sorted by name.
     """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
@@ -163,7 +163,7 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]
 
 
 def _in_cell(name: str) -> str:
-    """Return a name as one line that is short enough for a table cell."""
+    """Convert a name to a single line that is short enough for a table cell."""
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
@@ -203,7 +203,7 @@ def _verdict(entry: Any) -> Judged:
 def _interval(entry: Any) -> Interval:
     """Convert a JSON entry to an interval.
 
-    Its constant offset is a broadcast array, which saves memory.
+    To save memory, its constant offset is stored as a broadcast array.
     """
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)

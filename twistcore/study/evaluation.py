@@ -60,7 +60,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class EvaluationRow:
-    """The measurements of one segment, with the names used in JSON.
+    """The measurements of one body segment. The fields are named as in the JSON document.
 
     Attributes
     ----------
@@ -114,8 +114,8 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare a corrected clip with its clean source.
 
-    The clip with errors is rebuilt from the clean clip and the truth, so that only changes made by
-    the correction count as damage.
+    The clip with errors is reconstructed from the clean clip and the truth, so that only changes
+    made by the correction count as damage.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the sorted indices of the joints that errors rotate.
+    """Return the sorted indices of the joints that errors can rotate.
 
     These are the parents and children of chains, and the first joints and ends of limbs.
     """
@@ -206,7 +206,7 @@ def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
 
 
 def segment_of(chain: Chain) -> str:
-    """Return a chain's segment for tables, such as 'Leg', or 'whole leg' for a limb."""
+    """Return a chain's body segment for tables, such as 'Leg', or 'whole leg' for a limb."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
@@ -248,7 +248,7 @@ def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def evaluation_to_text(evaluation: Evaluation) -> str:
-    """Return the evaluation as a table like the paper's Table 2.
+    """Return the evaluation as a text table in the layout of [Choi26 Table 2].
 
     The overall row is the last one.
     """

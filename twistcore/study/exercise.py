@@ -1,4 +1,4 @@
-"""Create an exercise by hiding random errors in a clip, and score a review of the clip."""
+"""Create an exercise by hiding random errors in a clip, and score a student's review of it."""
 
 from __future__ import annotations
 
@@ -53,14 +53,15 @@ class ExerciseScore:
 def hide_errors(
     motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
-    """Return the motion with errors in two chains that share no joint, and the errors.
+    """Return the motion with random errors in two chains that share no joint, and these errors.
 
-    The frames of each chain are divided into an odd number of stretches. Every other stretch is
-    wrong by the same angle, beginning at random with the first or the second. The curves therefore
-    look the same on both sides of each jump, and only the figure shows which side is wrong.
+    The frames of each chain are divided into an odd number of stretches. In every other stretch,
+    the chain is rotated by the same wrong angle. Whether this begins with the first or the second
+    stretch is random. The curves therefore look the same on both sides of each jump, and only the
+    figure shows which side is wrong.
 
     The same seed always hides the same errors in a clip. Chains that cannot be corrected are not
-    used. If there are no other chains, the motion does not change.
+    used. If no chain can be used, the motion does not change.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -90,10 +91,11 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
 
 
 def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
-    """Return the correct stretches between the errors of each chain, as further intervals to judge.
+    """Return the correct stretches between the errors of each chain, as more intervals to judge.
 
-    Their offset is the opposite angle: if it were removed, they would look like the wrong stretches
-    around them. Thus, neither the number nor the offsets of the intervals reveal the errors.
+    Their offset is the opposite of the errors' offset. If it were removed, these stretches would
+    look like the wrong stretches around them. Thus, neither the number nor the offsets of the
+    intervals reveal the errors.
     """
     out: list[Interval] = []
     for chain in dict.fromkeys(e.chain for e in errors):

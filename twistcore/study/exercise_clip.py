@@ -1,4 +1,4 @@
-"""Write the clip of an exercise so that its numbers do not reveal the errors."""
+"""Write the clip of an exercise in such a way that its decimals do not reveal the errors."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _POSITIONS = 6  # number of decimals of positions, which no error changes
 
 
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
-    """Write a clip with the rotations of `dirty`, all with the same number of decimals.
+    """Write a clip with the rotations of `dirty`. All angles have the same number of decimals.
 
-    There are at most as many decimals as in the clip's file, because trailing zeros would reveal
-    which numbers are unchanged. An existing file is replaced atomically.
+    There are at most as many decimals as in the file of `clip`. With more decimals, trailing zeros
+    would reveal which numbers are unchanged. An existing file is replaced atomically.
 
     Raises TwistError if the clip is not a BVH, and OSError if it cannot be written.
     """

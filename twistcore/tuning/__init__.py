@@ -6,7 +6,7 @@
 - the share of injected error frames that are repaired (FSR), and
 - the number of false alarms in the clips, whose existing errors are removed first.
 
-`twistcore tune` and the window's tuning tab use this package.
+The command `twistcore tune` and the tuning tab of the window use this package.
 """
 
 from twistcore.tuning.cleaning import Verdicts, without_known_errors

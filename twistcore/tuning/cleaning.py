@@ -1,6 +1,6 @@
 """Remove the existing errors of a clip before τ is tuned on it.
 
-Existing errors would count as false alarms and would hide the injected errors.
+If they were not removed, the existing errors would count as false alarms and hide injected errors.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class Verdicts:
     errors
         The accepted intervals, which are real errors.
     natural
-        Spans (chain, start, stop) of rejected intervals, with `stop` exclusive. Their motion is
-        correct, so a detection in them is a false alarm.
+        Spans (chain, start, stop) of rejected intervals, with `stop` exclusive. The motion in these
+        spans is correct, so any detection there is a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
@@ -36,9 +36,10 @@ class Verdicts:
 
 
 def without_known_errors(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person accepted or the detector is certain of.
+    """Return the motion with its known errors corrected.
 
-    A detection that overlaps one of the person's verdicts is ignored.
+    Known errors are intervals that a person accepted, and detections that are almost certainly
+    errors. A detection that overlaps an interval with a verdict is ignored.
     """
     verdicts = verdicts or Verdicts()
     wrong = [*presumed_errors(given, verdicts), *verdicts.errors]
@@ -55,7 +56,7 @@ def captured_span(motion: Motion) -> tuple[int, int]:
 
 
 def presumed_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
-    """Return the detected intervals without a verdict that are almost certainly errors."""
+    """Return the detections that are almost certainly errors but have no verdict."""
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
     sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     return tuple(i for i in sure if not _touches(i, judged))

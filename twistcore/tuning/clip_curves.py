@@ -1,4 +1,4 @@
-"""Compute the τ curves of the chains of a clip. A τ curve is the cost of every τ in a grid."""
+"""Compute the τ curves of a clip's chains. A τ curve contains the cost of every τ in a grid."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ClipTuning:
     Parameters
     ----------
     name
-        The clip's name, which seeds the injected errors together with `seeds`.
+        The clip's name. Together with `seeds`, it determines the injected errors.
     clean
         The analysis of the clip without its existing errors and without the blends at its ends.
     method
@@ -54,8 +54,8 @@ class ClipTuning:
     left_out
         Half-open spans of the original clip that are not used, including the blends at its ends.
     given
-        The analysis of the original clip, in which listed intervals are counted. None if there is
-        no review.
+        The analysis of the original clip, used to count the intervals that the detector lists at
+        each τ. None if there is no review.
     verdicts
         A person's verdicts on the intervals of `given`.
     presumed
@@ -75,12 +75,12 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the chains that have a curve: all chains that can be corrected."""
+        """Return the names of the chains that have a curve, namely all correctable chains."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
     def curve(self, chain: str) -> TauCurve:
-        """Return the τ curve of one of the chains in `names`."""
+        """Return the τ curve of the chain with the given name, which must be in `names`."""
         spans = [(start, stop) for name, start, stop in self.verdicts.natural if name == chain]
         curve = tau_curve(
             self.clean,
@@ -102,7 +102,7 @@ class ClipTuning:
         return [(max(a, 0), b) for a, b in here if b > 0 and a < self.clean.motion.frames]
 
     def _counts(self, chain: str) -> ListCounts:
-        """Count the listed intervals of a chain at every τ of the grid."""
+        """Count the intervals that the detector lists for a chain at every τ of the grid."""
         assert self.given is not None
         detector = self.given.detector(self.method)
         by_tau = [list_counts(detector, chain, t, self.verdicts, self.left_out) for t in GRID]
@@ -123,8 +123,9 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's existing errors and the blends at its ends, and analyse the rest.
 
-    If `verdicts` is not None, the curves also count the intervals that are listed at every τ.
-    Alarms in the half-open spans `left_out` do not count, and no errors are injected there.
+    A blend leads from or to a T-pose. If `verdicts` is not None, the curves also count the
+    intervals that the detector lists at each τ. In the half-open spans `left_out`, false alarms do
+    not count and no errors are injected.
     """
     whole = analyse(motion, rig=rig)
     given = analyse(motion, whole.chains)
@@ -160,7 +161,7 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """Return the τ curves of all chains of a clip that can be corrected, keyed by chain name.
+    """Return the τ curves of all correctable chains of a clip, keyed by chain name.
 
     Parameters
     ----------
@@ -171,17 +172,16 @@ def clip_curves(
     seeds
         Number of draws of injected errors.
     rig
-        The user's changes to the chains. A session's rig replaces it.
+        The user's changes to the chains. If there is a session, its rig is used instead.
     session
-        A session of this clip, whose chains, verdicts and left-out frames are used, as in the
-        window.
+        A session of this clip. Its chains, verdicts and excluded frames are used, as in the window.
     words
         The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`.
 
     Returns
     -------
     dict
-        Empty if all frames are left out, since every τ would then cost the same.
+        The curves. Empty if all frames are excluded, since every τ would then cost the same.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Decide whether one τ is enough for all chains, or which chains need their own τ.
+"""Decide whether one threshold τ is enough for all chains, or which chains need their own τ.
 
 The decision is tested on verdicts that were not used to choose τ.
 """
@@ -21,7 +21,7 @@ _DOUBT = 0.05  # accepted probability that any chain gets its own τ by chance
 
 @dataclass(frozen=True, eq=False)
 class ChainTau:
-    """The τ of one chain compared with the common τ.
+    """A comparison of one chain's own τ with the common τ.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ChainTau:
         True if `own` costs less than the common τ, even on verdicts that were not used to choose
         `own`.
     gain
-        The amount by which `own` lowers the cost, as a fraction of the chain's errors.
+        The reduction of the cost if `own` is used, as a fraction of the chain's errors.
     """
 
     chain: str
@@ -47,7 +47,7 @@ class ChainTau:
 
 @dataclass(frozen=True, eq=False)
 class CommonTau:
-    """The τ suggested from the verdicts on all chains, with a comparison for each chain."""
+    """The τ suggested by the verdicts on all chains, with a comparison for each chain."""
 
     common: Suggestion | None
     chains: tuple[ChainTau, ...]
@@ -132,10 +132,10 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Compare the τ of one chain, `own`, with the common τ.
+    """Compare a chain's own τ with the common τ, and return the differences in errors and alarms.
 
-    Return the number of additional errors that `own` finds and the number of false alarms that it
-    avoids. Both numbers can be negative.
+    The result is the number of additional errors that `own` finds and the number of false alarms
+    that it avoids. Both numbers can be negative.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -193,8 +193,8 @@ def _gain(
     """Return how much a chain's own τ saves on average, and the share of draws in which it saves.
 
     The saving is the reduction of the cost relative to the τ `common` (radians). In every random
-    draw, a τ is chosen on the drawn rows of the curve and tested on the other rows, because it is
-    always the cheapest on the rows on which it was chosen. Errors of other chains help to choose τ,
+    draw, a τ is chosen on the drawn rows of the curve and tested on the other rows, because a τ
+    always looks best on the rows on which it was chosen. Errors of other chains help to choose τ,
     but only rows of this chain count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)

@@ -8,9 +8,10 @@ from twistcore.tuning.tau_curve import Cost
 
 
 def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
-    """Return the FSR with its confidence limits, such as '93.1 % (86–97)', or '–' without errors.
+    """Return the FSR with its confidence limits as text, such as '93.1 % (86–97)'.
 
-    FSR is the share of injected error frames that are repaired.
+    FSR is the share of injected error frames that are repaired. If there are no errors, the result
+    is '–'.
     """
     if math.isnan(cost.fsr):
         return "–"
@@ -21,12 +22,12 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
 
 
 def count_words(cost: Cost) -> str:
-    """Return the number of false alarms as a string, or '–' if no frame was examined."""
+    """Return the number of false alarms as text, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 
 def band_words(cost: Cost) -> str:
-    """Return a sentence about the confidence interval of the FSR, the share of repaired frames."""
+    """Return a sentence about the confidence interval of the FSR (the share of repaired frames)."""
     if math.isnan(cost.low):
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high

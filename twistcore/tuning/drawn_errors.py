@@ -1,6 +1,6 @@
 """Store how well each injected error is repaired, and compute the FSR and its uncertainty.
 
-FSR is the share of error frames that are repaired. Errors injected together form a draw.
+FSR is the share of error frames that are repaired. Errors that are injected together form a draw.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class DrawnErrors:
         return DrawnErrors(*(np.concatenate(pair) for pair in pairs))
 
     def of(self, chosen: NDArray[np.bool_]) -> DrawnErrors:
-        """Return the errors selected by a mask, shape (errors,)."""
+        """Return the errors selected by the mask `chosen`, shape (errors,)."""
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
@@ -59,7 +59,8 @@ class DrawnErrors:
     def between(self, below: int, share: float) -> DrawnErrors:
         """Return the errors at a single τ between grid point `below` and the next one.
 
-        `share` is the distance from `below`, as a fraction of the step to the next grid point.
+        The numbers of repaired frames are interpolated. `share` is the distance from grid point
+        `below`, as a fraction of the step to the next grid point.
         """
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]
@@ -93,7 +94,7 @@ class DrawnErrors:
         """Return the Wilson bounds of :attr:`fsr`, which are valid even for few errors.
 
         Each error is weighted by its number of frames. If the errors of a draw tend to be repaired
-        or missed together, they count as correspondingly fewer errors.
+        or missed together, the effective number of errors is reduced accordingly.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())

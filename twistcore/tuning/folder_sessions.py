@@ -41,7 +41,7 @@ class Damaged:
 
 @dataclass(frozen=True)
 class FolderSessions:
-    """The sessions in a folder.
+    """The session files found in a folder of clips.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class FolderSessions:
 
 
 def sessions_in(folder: Path) -> FolderSessions:
-    """Return the session of each clip in a folder.
+    """Return the session file of each clip in a folder.
 
     If a clip has several sessions, the newest one for the clip's current content is chosen, or the
     newest of all if none is for the current content.
@@ -84,8 +84,8 @@ def read_sessions(
 ) -> Iterator[tuple[Path, Session | TwistError]]:
     """Yield each session file in a folder with its session, or with the error from reading it.
 
-    The paths are sorted. Set `below` to True to include subfolders. Other JSON files are skipped,
-    and so are the records of exports, since their review is also in the clip's session.
+    The paths are sorted. Set `below` to True to include subfolders. Other JSON files are skipped.
+    Export records are skipped, too, since the clip's session contains the same review.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):
@@ -118,9 +118,10 @@ def _meant_for(path: Path) -> Path | None:
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
-    """Return the session file to use for a clip.
+    """Choose the session file to use for a clip.
 
-    `sessions` are pairs of a session file and the SHA-256 of the clip content that was reviewed.
+    `sessions` contains pairs: a session file, and the SHA-256 of the clip content that was
+    reviewed.
     """
     if len(sessions) == 1:
         return sessions[0][0]

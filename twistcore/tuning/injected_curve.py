@@ -60,7 +60,7 @@ def tau_curve(
     chain
         The chain.
     name
-        The clip's name, which seeds the random errors together with the chain's name.
+        The clip's name. Together with the chain's name, it seeds the random errors.
     method
         The detector for which τ is tuned.
     seeds
@@ -70,7 +70,7 @@ def tau_curve(
     left_out
         Half-open spans of frames in which alarms do not count and no errors are injected.
     rejected
-        Spans of intervals that a person rejected. The caller counts the alarms in them.
+        Spans of intervals that a person rejected. Alarms in these spans are counted by the caller.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -115,10 +115,10 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return the errors of one draw with the number of repaired frames at every τ.
+    """Return the errors of one draw, including the number of repaired frames at every τ.
 
-    `kind` is the index of the protocol. `found` has the corrected intervals for every τ. `frames`
-    is the number of frames of the clip.
+    `kind` is the index of the protocol, `found` contains the corrected intervals for every τ, and
+    `frames` is the number of frames of the clip.
     """
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):

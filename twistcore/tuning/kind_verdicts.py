@@ -40,7 +40,7 @@ def kind_verdicts(state: ReviewState) -> tuple[KindVerdict, ...]:
 
     Automatic corrections, and intervals that a person accepted in bulk, are undecided, because no
     person has looked at them one by one. Intervals that a person inserted but did not accept are
-    left out.
+    omitted.
     """
     verdicts = []
     for judged in state.intervals:

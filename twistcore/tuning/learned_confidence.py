@@ -6,9 +6,9 @@ The learned confidence is
 
     learned = 1 / (1 + exp(−(shift + scale · log(c / (1 − c)))))
 
-where c is the detector's confidence. Since scale is above 0, the order of the intervals does not
-change. The two parameters, shift and scale, are the most likely ones given the verdicts and a prior
-around the built-in values (shift 0, scale 1), so a few verdicts change the confidence only a
+where c is the detector's confidence. Since scale is positive, intervals keep their order of
+confidence. The two parameters, shift and scale, are the most likely ones given the verdicts and a
+prior around the built-in values (shift 0, scale 1), so a few verdicts change the confidence only a
 little. The formula and the prior were chosen on the first four passes of
 `benchmarks/learned_confidence.py`, which reports the results of the remaining passes.
 """
@@ -42,7 +42,7 @@ class LearnedConfidence:
     shift, scale
         The parameters of the formula in the module's docstring.
     accepted, rejected
-        Numbers of accepted and rejected intervals used for the fit.
+        Number of accepted and number of rejected intervals used for the fit.
     """
 
     shift: float = 0.0
@@ -55,13 +55,13 @@ class LearnedConfidence:
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """Return the learned confidence of one interval, or None if the detector gives none."""
+        """Return the learned confidence of an interval, or None if `confidence` is None."""
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 
 @dataclass(frozen=True, eq=False)
 class ConfidenceVerdicts:
-    """The verdicts on n intervals that a detector listed.
+    """The verdicts on n detected intervals.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class ConfidenceVerdicts:
         return len(self.confidence)
 
     def __getitem__(self, at: Mask) -> ConfidenceVerdicts:
-        """Return the verdicts selected by an index or mask."""
+        """Return the verdicts selected by the mask `at`."""
         return ConfidenceVerdicts(self.confidence[at], self.accepted[at], self.clip[at])
 
 
@@ -160,8 +160,8 @@ def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
 def held_out_confidence(given: ConfidenceVerdicts, folds: int = FOLDS, seed: int = 0) -> Array:
     """Return the learned confidence of each interval, fitted without the verdicts on its clip.
 
-    The result has the shape (n,). The clips are left out in `folds` groups, or one by one if there
-    are fewer clips. With a single clip, groups of verdicts are left out. `seed` seeds the
+    The result has the shape (n,). The clips are held out in `folds` groups, or one by one if there
+    are fewer clips. With a single clip, groups of verdicts are held out. `seed` seeds the
     assignment to groups.
     """
     rng = np.random.default_rng(seed)
@@ -177,7 +177,7 @@ def held_out_confidence(given: ConfidenceVerdicts, folds: int = FOLDS, seed: int
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """Return the accepted fraction of intervals in bins of similar confidence.
+    """Return the fraction of accepted intervals in bins of similar confidence.
 
     `confidence` and the mask `accepted` have the shape (n,).
     """

@@ -1,4 +1,4 @@
-"""Create a profile from verdicts, with a τ for each chain, evidence, and the learned confidence."""
+"""Create a profile from verdicts: a τ for each chain, its evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LearnedProfile:
         Reliability of the learned confidences, on verdicts that were not used for learning, or
         None.
     held_out
-        A word for the groups of verdicts that were left out for testing, such as 'clips'.
+        A word for the groups of verdicts that were held out for testing, such as 'clips'.
     """
 
     profile: Profile
@@ -55,7 +55,7 @@ class LearnedProfile:
     def write(self, path: Path, source: str) -> None:
         """Write the profile with its evidence. Raises OSError.
 
-        `source` is the name of the folder with the sessions.
+        `source` is the name of the folder with the sessions. It is written as a comment.
         """
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
@@ -64,7 +64,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence on the confidence's calibration error before and after learning."""
+        """Return a sentence about the confidence's calibration error before and after learning."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -80,8 +80,8 @@ class LearnedProfile:
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
     """Return a profile with a τ for every reviewed chain.
 
-    `found` has the common τ and the chains that need their own τ. The rig and the performer are
-    included if they are the same in all clips.
+    `found` contains the common τ and the chains that need their own τ. The rig and the performer
+    are included if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})
@@ -115,7 +115,7 @@ def _only(values: set[str]) -> str:
 def fit_with_reliability(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence, and the reliability of confidences before and after learning.
+    """Return the learned confidence, and the reliability before and after learning.
 
     All three are None if there are too few verdicts. The reliability after learning is measured on
     clips, or on parts of a single clip, that were not used for learning.

@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True, eq=False)
 class ListCounts:
-    """Numbers of intervals of one chain at one τ, or arrays of shape (n,) for n values of τ.
+    """Interval counts of one chain at one τ, or arrays of shape (n,) for n values of τ.
 
     Parameters
     ----------

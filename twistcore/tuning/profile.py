@@ -1,4 +1,4 @@
-"""Read and write profiles, TOML files with a τ for each chain, for use with other clips."""
+"""Read and write profiles, which are TOML files with a threshold τ for each chain."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return τ in radians, keyed by chain name. Chains that the profile lacks are left out."""
+        """Return τ in radians, keyed by chain name. Chains without a τ are omitted."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
@@ -69,9 +69,9 @@ class TauReasons:
     Parameters
     ----------
     accepted, rejected
-        Numbers of accepted and rejected intervals of the chain.
+        Number of accepted and number of rejected intervals of the chain.
     low, high
-        The range, in degrees, that contains 90 % of the τ suggested by resampled verdicts.
+        The range, in degrees, that contains 90 % of the τ values suggested by resampled verdicts.
     """
 
     accepted: int
@@ -89,7 +89,7 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """Write a profile atomically: one TOML table per chain, for :func:`read_profile`.
+    """Write a profile atomically as a TOML file with one table per chain.
 
     Parameters
     ----------
@@ -148,7 +148,10 @@ def _shared_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """Read a profile, a TOML file with tau_deg in the table of each chain. Raises TwistError."""
+    """Read a profile from a TOML file, in which the table of each chain contains tau_deg.
+
+    Raises TwistError if the file cannot be read or is invalid.
+    """
     data = bytes_of(path)
     with errors_naming(path):
         return _profile(parsed_toml(data))
@@ -187,7 +190,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be the same in all tables that have the key.
+    """Return the value of a key, which must be the same in all tables that contain the key.
 
     Raises FormatError if the values differ.
     """

@@ -1,4 +1,4 @@
-"""Decide from τ curves whether one τ is enough for all chains, and which chains need their own."""
+"""Decide from τ curves whether one τ suits all chains, and which chains need their own τ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SLIGHT = 0.01  # a chain whose loss rises by less than this does not need its ow
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ that suits most chains, and a comparison of each chain with it.
+    """The threshold τ that suits most chains, and a comparison with each chain's own τ.
 
     Parameters
     ----------
@@ -35,13 +35,13 @@ class SharedTau:
 
     @property
     def chains(self) -> int:
-        """Return the total number of chains."""
+        """Return the number of compared chains."""
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """Return a summary in one or two sentences.
+        """Return a summary of the comparison in one or two sentences.
 
-        `labels` has the displayed names, keyed by chain name.
+        `labels` maps chain names to displayed names.
         """
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
@@ -78,7 +78,7 @@ def shared_tau(
     curves
         The τ curve of each chain, keyed by chain name.
     price
-        Share of the error frames that avoiding one false alarm may cost.
+        The share of error frames that may be missed to avoid one false alarm.
     smallest
         Size, in radians, of the smallest error that must be found.
     """
@@ -103,7 +103,7 @@ def shared_tau(
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
     """Return the reason why a chain needs its own τ, or '' if the shared `tau` is good enough.
 
-    `own` is the τ suggested for the chain. Both are in radians.
+    `own` is the τ suggested for the chain. Both values are in radians.
     """
     if tau < curve.floor:
         return f"its noise does not allow a τ below {np.degrees(curve.floor):.2f}°"

@@ -1,9 +1,9 @@
 """Estimate from a few verdicts how many automatic corrections in a folder correct real errors.
 
-Verdicts on the worst intervals say little about the other intervals, because large errors are more
-often real. Therefore, :func:`informative_order` spreads the first verdicts evenly over all
-confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then gives
-the precision of the corrections without a verdict.
+Verdicts on the worst intervals say little about the other intervals, because large detections are
+more often real errors. Therefore, :func:`informative_order` spreads the first verdicts evenly over
+all confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then
+gives the precision of the corrections without a verdict.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class AutomaticCorrection:
     kind: Kind = Kind.COUNTER_TWIST
 
     def is_in(self, interval: Interval) -> bool:
-        """Return True if an interval has the same chain and kind, and common frames."""
+        """Return True if `interval` has the same chain and kind, and overlaps this correction."""
         same = (self.chain, self.kind) == (interval.chain, interval.kind)
         return same and self.start < interval.stop and interval.start < self.stop
 
@@ -76,8 +76,8 @@ def verdicts_on(
 ) -> tuple[bool | None, ...]:
     """Return a person's verdict on each correction: True if accepted, False if rejected.
 
-    The verdict is None if there is none, as for intervals that were accepted in bulk or applied
-    automatically.
+    The result is None for a correction without a verdict, such as an interval that was accepted in
+    bulk or applied automatically.
     """
     decided = [
         j
@@ -92,7 +92,7 @@ def verdicts_on(
 
 
 def informative_order(confidence: Array) -> list[int]:
-    """Return an order in which to judge corrections, so that few verdicts represent them all.
+    """Return an order for judging corrections in which the first verdicts represent all of them.
 
     Parameters
     ----------

@@ -44,12 +44,12 @@ class TauCurve:
     noise
         The noise of each clip, in radians.
     drawn
-        The result for each injected error, from which the confidence limits of :attr:`fsr` are
+        The results of the injected errors, from which the confidence limits of :attr:`fsr` are
         computed. None if there are no errors or the results are unknown.
     own
         The detector's automatic τ for each clip, in radians. By default, it equals the noise.
     counts
-        Numbers of intervals that are listed, corrected automatically, or rejected at each τ in the
+        Number of intervals that are listed, corrected automatically, or rejected at each τ in the
         original clips. None if they were not counted.
     """
 
@@ -89,7 +89,7 @@ class TauCurve:
 
     @property
     def automatic(self) -> float:
-        """Return the median over the clips of the detector's automatic τ, in radians."""
+        """Return the detector's automatic τ in radians, as the median over the clips."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
@@ -110,8 +110,8 @@ class TauCurve:
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
         """Return the fraction of missed error frames plus the price of alarms at every τ, (n,).
 
-        `price` is the fraction of the error frames that avoiding one false alarm may cost, per clip
-        or per minute of a longer clip. Errors below `smallest` radians need not be found.
+        `price` is the fraction of error frames that may be missed to avoid one false alarm per
+        clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -178,7 +178,7 @@ class TauCurve:
         return ListCounts(*(float(np.asarray(c)[k]) for c in vars(self.counts).values()))
 
     def unjudged_at(self, tau: float) -> int:
-        """Return the number of automatic corrections at `tau` radians that nobody judged."""
+        """Return the number of automatic corrections at `tau` (radians) that nobody has judged."""
         k = self._nearest(tau)
         rejected = np.asarray(self.counts.rejected)[k] if self.counts else 0.0
         return round(float(self.alarms[k] - rejected))
@@ -202,9 +202,9 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the index of the grid point below `tau`, and the fraction of the step above it.
+        """Return the index of the grid point below `tau`, and the distance of `tau` from it.
 
-        The fraction is measured in log τ.
+        The distance is a fraction of the step to the next grid point, measured in log τ.
         """
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
@@ -246,7 +246,7 @@ class Cost:
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """Return the total cost of several chains, given pairs of a chain's curve and its τ (radians).
+    """Return the total cost of several chains, given pairs of τ curve and τ (radians).
 
     The error frames and alarms of all chains are added. `minutes`, the duration of the clips, is
     the same for all chains. By default, the largest `minutes` of the curves is used.

@@ -1,4 +1,4 @@
-"""Count the verdicts of people for each kind of error or each chain."""
+"""Count reviewers' verdicts for each kind of error or each chain."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Group = TypeVar("Group", bound=Hashable)
 
 @dataclass(frozen=True)
 class VerdictCount:
-    """The numbers of verdicts in a group.
+    """Verdict counts for a group of intervals.
 
     Attributes
     ----------
     score
-        The numbers of errors, of errors that the program found, and of false alarms, from which
+        The number of errors, of errors that the program found, and of false alarms, from which
         precision and recall are computed.
     undecided
-        The number of listed intervals on which no person has decided.
+        The number of listed intervals that nobody has judged yet.
     """
 
     score: VerdictScore
@@ -31,7 +31,7 @@ class VerdictCount:
 
     @property
     def recall(self) -> float:
-        """The share of the errors that the program found.
+        """The share of errors that the program found.
 
         The result is NaN if no person has inserted an error, because it is then unknown whether
         anybody has looked for missed errors.
@@ -54,7 +54,7 @@ def count_by(
     Returns
     -------
     dict
-        The numbers of verdicts, keyed by group, in the order in which the groups first occur.
+        The verdict counts, keyed by group, in the order in which the groups first occur.
     """
     groups: dict[Group, list[KindVerdict]] = {}
     for verdict in verdicts:

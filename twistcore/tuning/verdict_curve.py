@@ -1,4 +1,4 @@
-"""Compute precision and recall at each τ from people's verdicts, and the τ that they suggest."""
+"""Compute precision and recall at each τ from reviewers' verdicts, and suggest a τ."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ LEVEL = 0.9  # level of confidence intervals
 _Z = 1.6449  # quantile of the normal distribution for LEVEL
 ENOUGH_ERRORS = 10  # minimum number of accepted intervals: recall changes in steps of 10 %
 ENOUGH_OWN = 5  # minimum number of verdicts on the chain itself
-BORROWED = 10.0  # errors of all other chains together count as so many errors of the chain
+BORROWED = 10.0  # all errors of other chains together count as this many errors of the chain
 FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead of clips
 DRAWS = 400
 _SAME = 1e-9  # relative rounding error of a τ
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Return the lower and upper Wilson bounds of `part / whole`, or 0 and 1 if `whole` is 0.
+    """Return the lower and upper Wilson bounds of the fraction `part / whole`.
 
-    `z` is the quantile of the normal distribution. By default, the confidence level is 90 %.
+    `z` is the quantile of the normal distribution. By default, the confidence level is 90 %. Where
+    `whole` is 0, the bounds are 0 and 1.
     """
     part, n = np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -47,8 +48,8 @@ class Suggestion:
     tau
         The suggested τ.
     low, high
-        The range in which τ costs the same or, if wider, the range of 90 % of the resampled
-        suggestions.
+        The range in which τ costs the same or, if wider, the range that contains 90 % of the
+        resampled suggestions.
     least
         The size of the smallest accepted error, or NaN.
     """
@@ -61,7 +62,7 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class VerdictCurve:
-    """Counts of detected errors and false alarms at each τ of a grid, according to verdicts.
+    """Counts of detected errors and false alarms at each τ of a grid, based on verdicts.
 
     Each row counts the verdicts on one clip or, if there are few clips, one verdict.
 
@@ -70,15 +71,16 @@ class VerdictCurve:
     tau
         The grid of τ in radians, shape (n,).
     errors, natural
-        Numbers of accepted and of rejected intervals, shape (rows,).
+        Number of accepted and number of rejected intervals, shape (rows,).
     found, alarms
-        Numbers of accepted and of rejected intervals that are detected at each τ, shape (rows, n).
+        Number of accepted and number of rejected intervals that are detected at each τ, shape
+        (rows, n).
     clips
         Number of clips (or of minutes, if larger) multiplied by the number of reviewed chains.
     reviewed
         The lowest τ in radians at which intervals were listed, as the median of chains and clips.
     others
-        Recall of the errors of other chains, shape (n,), and the number of these errors, which is 0
+        Recall of the errors in other chains, shape (n,), and the number of these errors, which is 0
         for a curve of all chains.
     least
         The size of the smallest accepted error in radians, or NaN if there is none.
@@ -96,7 +98,7 @@ class VerdictCurve:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return the numbers of accepted and of rejected intervals."""
+        """Return the number of accepted and the number of rejected intervals."""
         return int(self.errors.sum()), int(self.natural.sum())
 
     @property
@@ -106,9 +108,10 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return the numbers of verdicts that are still missing before a τ can be suggested.
+        """Return how many more accepted intervals and verdicts are needed to suggest a τ.
 
-        These are the accepted intervals of any chain, and the verdicts on this chain.
+        The first number counts accepted intervals of any chain. The second number counts verdicts
+        on this chain.
         """
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
@@ -142,13 +145,13 @@ class VerdictCurve:
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
         """Return the fraction of missed errors plus the price of the alarms at every τ.
 
-        The errors of other chains are included, so that a chain with few errors has a typical
-        distribution of sizes.
+        The errors of other chains are included, so that the error sizes have a typical distribution
+        even for a chain with few errors.
 
         Parameters
         ----------
         price
-            The cost of one alarm per clip.
+            The cost of one false alarm per clip, as a fraction of all errors.
         weight : array, shape (draws, rows), optional
             How often each row is counted. By default, every row is counted once.
 
@@ -206,7 +209,7 @@ class VerdictCurve:
         return Suggestion(float(self.tau[place]), low, high, self.least)
 
     def is_one_sided(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> bool:
-        """Return True if only strong intervals were judged and a larger τ gains nothing.
+        """Return True if only strong detections were judged and no larger τ would lower the cost.
 
         Such verdicts do not justify a larger τ, since there may be errors below the weakest judged
         interval.
@@ -227,7 +230,10 @@ class VerdictCurve:
         )
 
     def _plateau(self, cost: Array, place: int) -> tuple[float, float]:
-        """Return the range of reviewed τ (radians) around grid index `place` with the same cost."""
+        """Return the range of τ (radians) around grid index `place` in which the cost is the same.
+
+        Values of τ that were not reviewed are excluded.
+        """
         same = (np.abs(cost - cost[place]) <= LOSS_ALLOWED) & (
             self.tau >= self.reviewed * (1 - _SAME)
         )
@@ -238,7 +244,7 @@ class VerdictCurve:
         return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Resample the rows with replacement and return how often each was drawn, (draws, rows)."""
+        """Resample rows with replacement, and return how often each is drawn, (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
@@ -255,7 +261,7 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
-    """Return the curve of all clips with verdicts, for one chain or, if `chain` is None, for all.
+    """Return the verdict curve of clips for one chain or, if `chain` is None, for all chains.
 
     A reviewed clip in which no interval of the chain was listed counts as a clip without alarms.
     """
@@ -284,14 +290,14 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
-    """Return the recall of other chains' errors at each τ, (n,), and the number of these errors."""
+    """Return the recall of errors in all other chains at each τ, (n,), and the error count."""
     found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
     return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
 
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """The numbers of accepted and rejected intervals, and how many of each are detected at one τ.
+    """Counts of accepted and rejected intervals, and how many of each are detected at one τ.
 
     Parameters
     ----------
@@ -330,9 +336,9 @@ class VerdictScore:
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Count the verdicts that are detected with the given τ.
+    """Count the judged intervals, and those of them that are detected with the given τ.
 
-    `tau` has the τ of each chain in radians, keyed by chain name. Only verdicts on `chain` are
+    `tau` contains the τ of each chain in radians, keyed by chain name. Only verdicts on `chain` are
     counted or, if `chain` is None, verdicts on all chains in `tau`.
     """
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}

@@ -1,4 +1,4 @@
-"""Collect people's verdicts on clips as evidence for τ.
+"""Collect reviewers' verdicts on clips as evidence for choosing τ.
 
 An accepted interval is an error, and a rejected interval is natural motion. The following intervals
 are not used as evidence:
@@ -88,14 +88,14 @@ class JudgedClip:
     performer
         Name of the performer, '' if unknown.
     minutes
-        The clip's duration, without frames left out of tuning.
+        The clip's duration in minutes, without frames that are excluded from tuning.
     reviewed
         The lowest τ, in radians, at which each reviewed chain was examined, keyed by chain name.
     verdicts
         The verdicts.
     shares
-        The fraction of the intervals of each reviewed chain that were decided, keyed by chain name.
-        A missing chain has the fraction 1.
+        The fraction of intervals of each reviewed chain that have been judged, keyed by chain name.
+        For a missing chain, the fraction is 1.
     of_kinds
         A verdict for each interval of any kind, including those without a decision.
     """
@@ -112,7 +112,7 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains. A partly decided chain counts as a fraction."""
+        """Return the number of reviewed chains. A partly reviewed chain counts as a fraction."""
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
@@ -120,7 +120,7 @@ class JudgedClip:
         return self.without(self.reviewed.keys() - {chain})
 
     def without(self, chains: Collection[str]) -> JudgedClip:
-        """Return a copy without the given chains, as if nobody had reviewed them."""
+        """Return a copy without verdicts on the given chains, as if nobody had reviewed them."""
         verdicts = tuple(v for v in self.verdicts if v.chain not in chains)
         reviewed = {k: t for k, t in self.reviewed.items() if k not in chains}
         return replace(self, reviewed=reviewed, verdicts=verdicts)
@@ -138,7 +138,7 @@ def judged_clip(
     """Return the verdicts of a review, with the τ at which its detector finds each interval.
 
     `performer` is the name of the performer; by default, it is derived from the file name.
-    Intervals in frames that are left out of tuning are ignored.
+    Intervals in frames that are excluded from tuning are ignored.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -193,7 +193,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """Return True for a counter-twist of an existing chain in frames used for tuning."""
+    """Return True if the interval is a counter-twist of an existing chain, in frames for tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )
@@ -211,11 +211,11 @@ def _decided(state: ReviewState) -> dict[str, list[Judged]]:
 def _reviewed(
     detector: Analysis, state: ReviewState, names: Iterable[str], verdicts: Sequence[Verdict]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the lowest τ at which each chain was reviewed, and the fraction of decided intervals.
+    """Return the lowest τ at which each chain was reviewed, and the fraction of judged intervals.
 
-    If a chain has undecided intervals, its weakest decided interval determines the lowest τ, since
-    lowering τ alone is not a review. A chain without intervals counts as reviewed when no interval
-    of any other chain is undecided.
+    If a chain has undecided intervals, its weakest judged interval determines the lowest τ, since
+    lowering τ alone does not mean that anybody reviewed the chain. A chain without intervals counts
+    as reviewed when no interval of any other chain is undecided.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -269,8 +269,8 @@ def found_by_tau(
     """Return a mask of the τ at which each judged interval is found, shape (judged, n).
 
     A detection belongs to the interval with which it shares the largest fraction of frames. An
-    error is found if this fraction is at least a half. Natural motion counts as found if any frame
-    is detected.
+    error counts as found if this fraction is at least a half. Natural motion counts as found if any
+    of its frames is detected.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ def found_by_tau(
 def read_judged_clip(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
-    """Read a clip and a session, and return the verdicts.
+    """Read a clip and a session file, and return the verdicts on the clip.
 
     Raises TwistError if a file cannot be read, or if the session was made for another version of
     the clip, since the frames may differ.
@@ -335,6 +335,6 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
 
 
 def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
-    """Return the numbers of accepted and of rejected intervals."""
+    """Return the total number of accepted and of rejected intervals in all clips."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

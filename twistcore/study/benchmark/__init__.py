@@ -1,1 +1,1 @@
-"""Compare the detectors with other common methods, on clips with known errors."""
+"""Compare the detectors with other common methods on clips with known errors."""

@@ -1,8 +1,8 @@
 """Common alternatives to the detectors: filters, projection and interpolation [Choi26 §2].
 
-For the joints of the chains, these methods make the signs of the quaternions continuous, change the
-components, and renormalise them. They do not use the joint hierarchy, so they cannot distinguish a
-twist error from motion.
+For the joints of the chains, these methods make the signs of the quaternions continuous, filter
+their components, and renormalise them. They do not use the joint hierarchy, so they cannot
+distinguish a twist error from motion.
 """
 
 from __future__ import annotations
@@ -41,12 +41,13 @@ class Baseline:
     label
         The method's name in tables.
     why
-        A line that describes the method.
+        A one-line description of the method.
     correct
-        Function that takes rotations with continuous signs, (frames, joints, 4), the frames per
-        second and the wrong frames, and returns corrected rotations of the same shape.
+        A function that takes quaternions with continuous signs, (frames, joints, 4), the frame rate
+        and the frame ranges with errors. It returns corrected quaternions of the same shape.
     oracle
-        True if the method is given the true intervals and changes only the target's joints.
+        True if the method is given the true error intervals and changes only the joints with
+        errors.
     whole_body
         True if the result for a joint depends on other joints.
     """

@@ -26,7 +26,7 @@ from twistcore.synthesis import parse_protocol
 
 @dataclass(frozen=True)
 class BenchmarkSettings:
-    """The protocols, methods and seeds of a benchmark."""
+    """The protocols, methods and seeds of a benchmark run."""
 
     protocols: tuple[str, ...] = ("P0",)
     methods: tuple[str, ...] = field(default_factory=all_methods)
@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector whose detections in the clean clips count as natural events."""
+        """Return the name of the detector whose detections in clean clips are natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
@@ -46,7 +46,7 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The result of the benchmark on a clip, a few kilobytes for a clip of any length.
+    """The benchmark result of one clip, which takes up a few kilobytes for a clip of any length.
 
     Attributes
     ----------
@@ -55,11 +55,11 @@ class ClipResult:
     micros
         Duration of the capture, µs.
     dropped
-        Number of frames before the capture that were left out.
+        Number of frames that were skipped because they come before the capture, such as a T-pose.
     tallies
         Counts and sums for each protocol, method, side and segment.
     fidelity
-        Cost of each method on the clean clip.
+        Lag and loss of peak speed that each method causes in the clean clip.
     events
         Natural events: detections in the clean clip.
     problems
@@ -75,7 +75,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data for a line of the file that --resume reads."""
+        """Return the result as JSON data, for one line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -108,7 +108,8 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     """Run the benchmark on one clip.
 
-    `name` is the clip's name in the results. The injected errors depend on the name without suffix.
+    `name` is the clip's name in the results. The random errors depend on this name without its
+    suffix.
     """
     problems: list[str] = []
     try:

@@ -46,7 +46,7 @@ class CleanScene:
     chains, limbs
         The chains and limbs that can be corrected.
     dropped
-        Number of frames at the start of the file that were left out.
+        Number of frames that were skipped at the start of the file.
     events
         Natural events: detections of the auditing detector in the clean motion.
     """
@@ -61,15 +61,16 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Groups of chains and limbs that share joints. An error affects only one group."""
+        """Groups of chains and limbs that share joints. Each error affects only one group."""
         return chains_by_limb(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
         """The chains or limbs in which the protocol injects errors.
 
-        Depending on the protocol, these are all chains, all limbs, or the chains that can be
-        straight, that can have carried rolls, or that end in a foot or a hand.
+        Depending on the protocol, these are all chains, all limbs, or only one type of chain:
+        chains that can be straightened, chains that can have carried rolls, or chains that end in
+        a foot or a hand.
         """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
@@ -88,12 +89,12 @@ class CleanScene:
     def eventful(self) -> frozenset[str]:
         """Names of the chains and limbs with natural events, which are detections in clean motion.
 
-        The audited tables leave these chains and limbs out.
+        The audited tables omit these chains and limbs.
         """
         return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return the index of each pass and the targets into which it injects errors.
+        """Return the index and the targets of each pass. Errors are injected into the targets.
 
         Depending on the protocol, the targets are a chain, a limb, a chain and the next one, or
         several independent chains.
@@ -116,8 +117,8 @@ class CleanScene:
 def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> CleanScene:
     """Prepare a clip for a protocol.
 
-    Frames before the capture are left out, the protocol's changes are applied, and chains, limbs
-    and natural events are searched for.
+    Frames before the capture are removed, and the protocol's changes are applied. The function then
+    searches for chains, limbs and natural events.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     protocol
         The protocol.
     auditor
-        Name of the detector that looks for natural events.
+        Name of the detector whose detections count as natural events.
 
     Raises
     ------

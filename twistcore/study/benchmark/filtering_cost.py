@@ -18,7 +18,7 @@ _MICRO = 1e-6
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost of a method on a clip, as integers, so that it is stored without rounding errors.
+    """The lag and the loss of peak speed due to a method, as integers that are stored exactly.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     The peak is the highest mean speed of the fastest joint over 50 ms. It is compared with the same
     joint's peak after filtering. The lag is the time shift with the highest cross-correlation of
     the speeds after subtracting their means, summed over all joints and interpolated by a parabola.
-    Joints of chains with natural events are left out, so that the peak is motion and not an error.
+    Joints of chains with natural events are ignored, so that the peak is not an error.
 
     Parameters
     ----------
@@ -56,7 +56,8 @@ def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     Returns
     -------
     Fidelity or None
-        The cost, or None if no joint remains or nothing moves.
+        Lag and loss of peak speed, or None if no joint remains, nothing moves or the clip is very
+        short.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)

@@ -1,4 +1,4 @@
-"""Correct every bent limb to its hinge axis, which is the simplest anatomical correction."""
+"""Rotate every bent limb onto its usual hinge axis, the simplest anatomical correction."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FEWEST = 0.1  # minimum duration of bends in which the hinge is measured, secon
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove from the chains with a hinge, keyed by chain name.
+    """Return the offsets to remove from chains with a hinge joint, keyed by chain name.
 
     Each offset is an array in radians, shape (frames,).
     """

@@ -63,7 +63,7 @@ def benchmark_to_markdown(
 ) -> str:
     """Return the benchmark's results as a Markdown page.
 
-    `source` names the clips in the title.
+    `source` is the description of the clips in the title.
     """
     rows = make_rows(summary, settings)
     minutes = summary.micros / 6e7
@@ -134,7 +134,7 @@ def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> st
 
 
 def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
-    """Return a method's results in the layout of Tables 1 and 2 and Fig. 6 of [Choi26]."""
+    """Return the results of a method in the layout of Tables 1 and 2 and Fig. 6 of [Choi26]."""
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
         return []
@@ -166,7 +166,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Return a bar chart in fixed-width text, with two bars for each segment: before and after."""
+    """Return a text bar chart of the error in each segment, before and after the correction."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )
@@ -231,7 +231,7 @@ def _listed(
     """Return a Markdown table. Each row is a pair: its first cells, and its values keyed by name.
 
     `names` are the titles of the first columns. `columns` lists the title, the key and the number
-    of decimals of each other column.
+    of decimals of each of the remaining columns.
     """
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)

@@ -82,7 +82,7 @@ class CleanRun:
     outcome
         The result.
     change
-        Angle by which the method rotated each joint, radians, shape (frames, scene.joints).
+        Angle in radians by which the method rotated each joint, shape (frames, len(scene.joints)).
     """
 
     outcome: MethodResult
@@ -99,8 +99,8 @@ def apply_method(
 ) -> MethodResult:
     """Apply a method to a motion. Only joints of `chains` are changed.
 
-    A detector's automatic corrections are applied. If its analysis returns offsets, such as the
-    paper's running sum, these are removed instead.
+    If the method is a detector, its automatic corrections are applied. If its analysis returns
+    offsets, such as the paper's running sum, these offsets are removed instead.
 
     Parameters
     ----------
@@ -109,9 +109,9 @@ def apply_method(
     motion
         The motion.
     chains
-        The chains, and the limbs if flips should be found.
+        The chains, and also the limbs if the method should find limb flips.
     wrong
-        The injected errors, for methods that are given the truth.
+        The injected errors, which are passed to methods that are given the truth.
     tau
         τ in radians, keyed by chain name. Chains without a value have an automatic τ.
     accepted
@@ -183,8 +183,8 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
     """Count false alarms and unwanted changes in the clean clip, for each chain and limb.
 
-    Unwanted changes are counted only if the protocol injects nothing. A chain that is not a target
-    has an entry only if something was found in it.
+    Unwanted changes are counted only if the protocol injects no errors. A chain that is not a
+    target has an entry only if something was detected in it.
     """
     total: Tallies = {}
     counted: set[int] = set()
@@ -215,10 +215,11 @@ def run_item(
     clean: CleanRun | None = None,
     tau: Taus = AUTOMATIC,
 ) -> Tallies:
-    """Run all passes of a clip with one method and one seed.
+    """Run all benchmark passes of a clip with one method and one seed.
 
-    Only the group of a pass's targets is evaluated. Detectors and filters of single joints treat
-    groups independently, so the results for other groups are the same as in the clean run.
+    In each pass, only the group of chains that contains the targets is evaluated. Detectors and
+    filters of single joints treat groups independently, so the results for other groups are the
+    same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
@@ -232,7 +233,7 @@ def run_item(
 def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
-    """Draw the errors of a pass, which depend only on seed, clip name, chain and protocol."""
+    """Draw the random errors of a pass. They depend only on seed, clip name, pass and protocol."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
@@ -277,9 +278,10 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the rotations after a perfect correction: the clean clip without its existing flips.
+    """Return the rotations that a perfect correction would produce.
 
-    With this reference, the correction of a flip that was captured does not count as an error.
+    These are the rotations of the clean clip without its existing limb flips. If a method also
+    corrects an existing flip, this therefore does not count as an error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -292,7 +294,7 @@ def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
 
 
 def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
-    """Return the chains and limbs whose joints may differ from those in the clean run."""
+    """Return the chains and limbs whose joints may be changed differently than in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
     if len(targets) > 2:  # errors in many chains at once may look like a cut
@@ -305,7 +307,7 @@ def _interval_tally(
 ) -> Tally:
     """Count true and detected intervals.
 
-    Detections that are also made in the clean clip are left out.
+    Detections that also occur in the clean clip are ignored.
     """
     if chain.name not in outcome.found:
         return Tally()
@@ -325,10 +327,10 @@ def _damage_tally(
     refined: Array,
     wrong: NDArray[np.bool_],
 ) -> Tally:
-    """Count the clean (joint, frame) pairs that the method changes by more than 1°.
+    """Count the error-free pairs of joint and frame that the method changes by more than 1°.
 
-    A pair that is changed in the same way in the clean clip counts as natural, and any other pair
-    as damaged. `wrong` is a mask of the pairs with an error, (frames, joints).
+    A pair counts as natural if the method changes it in the same way in the clean clip, and as
+    damaged if not. `wrong` is a mask of the pairs with an error, (frames, joints).
     """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
@@ -353,7 +355,7 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between the rotations of some joints before and after, radians.
+    """Return the angle in radians between the rotations of some joints before and after a change.
 
     The shape is (frames, len(joints)).
     """

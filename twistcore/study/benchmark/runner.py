@@ -31,7 +31,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The results of all clips, from which the tables are made.
+    """The benchmark results of all clips, from which the tables are made.
 
     Sums are integers, so the order of the clips does not matter. Lists have an entry for each clip.
 
@@ -42,11 +42,11 @@ class BenchmarkSummary:
     micros
         Duration of all captures, µs.
     dropped
-        Number of frames that were left out at the start of clips.
+        Number of frames that were skipped at the start of clips.
     tallies
         Counts and sums for each protocol, method, side and segment.
     fidelity
-        Cost of each method on each clean clip, keyed by method.
+        Lag and loss of peak speed in each clean clip, keyed by method.
     events, problems
         Natural events and failures, each with the name of its clip.
     missing
@@ -74,7 +74,7 @@ class BenchmarkSummary:
         self.problems += [(result.clip, p) for p in result.problems]
 
     def sort(self) -> None:
-        """Sort the lists by clip, and keep the order within a clip."""
+        """Sort the lists by clip. The order within a clip does not change."""
         self.events.sort(key=lambda entry: entry[0])
         self.problems.sort(key=lambda entry: entry[0])
         for measured in self.fidelity.values():
@@ -102,7 +102,7 @@ def run_benchmark(
 ) -> BenchmarkSummary:
     """Run the benchmark on every clip.
 
-    Ctrl+C ends the run and keeps the results so far.
+    If the user presses Ctrl+C, the run ends with the results so far.
 
     Parameters
     ----------
@@ -115,9 +115,10 @@ def run_benchmark(
     partial
         A JSON-lines file to which the result of each clip is written as soon as it is known.
     resume
-        True to keep the results in this file and run only other clips, False to overwrite it.
+        True to keep the results in `partial` and run only the remaining clips, False to overwrite
+        the file.
     counter
-        Shows the progress, like :func:`~twistcore.work.progress.clip_counter`.
+        A function that shows the progress, such as :func:`~twistcore.work.progress.clip_counter`.
 
     Raises
     ------
@@ -158,7 +159,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results in order of completion. A clip that fails does not end the run."""
+    """Yield the results of clips in order of completion. A failing clip does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -172,7 +173,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, to detect changes of the file."""
+    """Return a file's size and modification time, which reveal changes to the file."""
     try:
         status = path.stat()
     except OSError:  # the file is missing or a broken link; reading it will report the error
@@ -183,7 +184,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 def read_partial(
     path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
-    """Yield the results of clips that have not changed and had no problems.
+    """Yield the stored results of clips that have not changed and had no problems.
 
     An incomplete last line is ignored. Raises FormatError if the file has a different schema or was
     written with other settings.

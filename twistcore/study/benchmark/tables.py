@@ -1,4 +1,4 @@
-"""Collect benchmark results by protocol, method, side and segment, and write CSV or JSON."""
+"""Group benchmark results by protocol, method, side and segment, and write CSV or JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """The results of a method under a protocol, for one side and segment.
+    """The results of a method under a protocol, for one body side and segment.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return (side, segment) of each row: the segments of each side, and then the totals."""
+    """Return (side, segment) of each table row: the segments of each side, then the totals."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -143,7 +143,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return the median lag and loss of peak speed of each method, over all clean clips.
+    """Return each method's median lag and median loss of peak speed over all clean clips.
 
     Each row has a second set of values, for the fastest tenth of the clips.
     """
@@ -171,7 +171,7 @@ def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> lis
 
 
 def _loss(measured: Sequence[Fidelity]) -> float:
-    """Return the median percentage of peak speed that is lost."""
+    """Return the median loss of peak speed in per cent."""
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
@@ -183,7 +183,7 @@ def method_label(method: str) -> str:
 
 
 def method_description(method: str) -> str:
-    """Return a line that describes a method."""
+    """Return a one-line description of a method."""
     if method in BASELINES:
         return BASELINES[method].why
     if method == HINGE:
@@ -193,7 +193,7 @@ def method_description(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """Return a line that describes a protocol and its passes."""
+    """Return a one-line description of a protocol and its passes."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text

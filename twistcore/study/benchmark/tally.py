@@ -1,4 +1,4 @@
-"""Counts and sums as integers, so that results depend neither on the order nor on the machine."""
+"""Integer counts and sums, whose totals do not depend on the machine or the order of clips."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ class Tally:
     before, after, before_squared, after_squared
         Sums of the errors in these frames, and of their squares, before and after the correction.
     repaired, worse
-        Number of error frames that are repaired, and that become worse by more than half a degree.
+        Number of error frames that are repaired, and of error frames in which the error grows by
+        more than half a degree.
     pairs
-        Number of clean pairs of all chains.
+        Number of clean pairs (pairs without an error) of all chains.
     damaged, damage
         Number of clean pairs that the method changes by more than 1°, but not in the clean clip,
         and the sum of these changes.
@@ -78,7 +79,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The protocol, method and chains that a tally counts.
+    """The protocol, the method and the kind of chain to which a tally applies.
 
     Attributes
     ----------
@@ -107,7 +108,7 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
 
 
 def error_tally(before: Array, after: Array) -> Tally:
-    """Count the error frames of a chain.
+    """Return a tally of the error frames of a chain.
 
     `before` and `after` are the angles of the error before and after the correction, radians in [0,
     π], shape (error frames,).

@@ -1,4 +1,4 @@
-"""Compare ratios of QuaMo's metrics with the bounds that they must meet."""
+"""Compare ratios of QuaMo's error metrics with the bounds that they must meet."""
 
 from __future__ import annotations
 
@@ -59,11 +59,11 @@ class Demand(NamedTuple):
     above
         True if the ratio must be at least the bound, False if it must be at most the bound.
     systematic
-        Bound under systematic noise, if different.
+        Bound under systematic noise, None if the same.
     at_b
-        Bound at level B, if different.
+        Bound at noise level B, None if the same.
     task
-        Best ratio that was reached, if known.
+        The best ratio that any method has reached, keyed by noise level, if known.
     plain
         True if the ratio is checked only without systematic noise.
     """
@@ -152,8 +152,8 @@ class BoundCheck:
     above
         True if the ratio must be at least the bound, False if it must be at most the bound.
     task_bound
-        Best ratio that was reached. None if it is unknown or meets the bound, or if it is worse
-        than `value`, because it was measured on other clips.
+        The best ratio that any method has reached. None if it is unknown, meets the bound, or is
+        worse than `value` (which is possible because it was measured on different clips).
     task
         The conditions of this best ratio.
     """
@@ -176,7 +176,7 @@ class BoundCheck:
 
     @property
     def verdict(self) -> str:
-        """Return in Markdown whether the bound is met and, if not, the best ratio reached."""
+        """Return in Markdown whether the bound is met and, if not, the best known ratio."""
         if self.bound is None:
             return ""
         if self.met:
@@ -197,7 +197,7 @@ class BoundCheck:
 def bound_checks(
     scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
 ) -> Iterator[BoundCheck]:
-    """Yield a row for each demand whose two methods were run under the condition `c`."""
+    """Yield a row for each demand for which both methods were run under the noise condition `c`."""
     for d in demands:
         if d.plain and c.systematic:
             continue

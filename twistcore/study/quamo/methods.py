@@ -1,4 +1,4 @@
-"""The methods in QuaMo's tables: trackers, rivals, other representations and networks."""
+"""The methods in QuaMo's tables: trackers, rival filters, other representations, and networks."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _TRAIN_SEED = 100  # no table uses this seed
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Return the methods for comparison: a constant offset, and the tuned rivals.
+    """Return the methods for comparison: a constant offset, and the tuned rival filters.
 
     The offset for a clip is fitted on the clips of other subjects. Causal rivals come first.
     """
@@ -56,7 +56,7 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
 
 
 def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
-    """Return a method that tracks with hand-tuned gains at 25 Hz."""
+    """Return a method that tracks clips at 25 Hz with hand-tuned gains."""
 
     def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         found = track(q_hat, r_hat, NETWORK_DT, HandGains(gains), integration=integration)
@@ -88,7 +88,7 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """Return hand-tuned methods for other representations of rotations."""
+    """Return methods with hand-tuned gains for other representations of rotations."""
 
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
@@ -113,17 +113,17 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Return the clips in which the root passes a discontinuity of any rotation representation."""
+    """Return the clips in which the root crosses a discontinuity of at least one representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Return the lags of each method on clips without noise, keyed by method, milliseconds.
+    """Return the lags of each method in milliseconds on clips without noise, keyed by method.
 
-    Each entry has the lag of the joints relative to the root, and the lag of the root's position,
-    (2,). All clips are measured together.
+    Each entry contains the lag of the joints relative to the root, and the lag of the root's
+    position, shape (2,). All clips are measured together.
     """
     found = {}
     for name, method in methods.items():

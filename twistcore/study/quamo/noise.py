@@ -1,7 +1,7 @@
-"""Add synthetic random noise at the error levels A and B.
+"""Add synthetic random noise to poses, at the error levels A and B.
 
-The levels match only the magnitude and speed of errors that are reported for pose estimators on
-video [Le26 Table 1]. They do not simulate any particular estimator.
+The levels match the magnitude and speed of the errors that [Le26 Table 1] reports for pose
+estimation from video. They do not simulate any particular estimator.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ class NoiseLevel:
     Attributes
     ----------
     smooth
-        Magnitude of a bias that wanders within about a second.
+        Magnitude of a bias that drifts within about a second.
     white
-        Magnitude of noise that is independent in every frame at 25 Hz.
+        Magnitude of the noise that is independent in each frame at 25 Hz.
     root_smooth
         Range from which the magnitude of the root's bias is drawn for each clip.
     root_white
@@ -59,7 +59,8 @@ class Noise:
         True if half of the bias's variance is constant within a clip. This part is drawn for each
         clip, so that no method can memorise it. The total magnitude does not change.
     bursts
-        Number of occlusions per minute. In each, the input of a limb freezes and then jumps back.
+        Number of occlusions per minute. During each occlusion, the input of a limb freezes.
+        Afterwards, it jumps back.
     """
 
     level: NoiseLevel

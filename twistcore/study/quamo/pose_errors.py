@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """The error metrics, in mm, except Accel and G-Accel, in mm per frame², and FS, in per cent."""
+    """The error metrics in mm, except Accel and G-Accel (mm per frame²) and FS (per cent)."""
 
     mpjpe: float
     p_mpjpe: float
@@ -33,9 +33,9 @@ class Errors:
 
 
 def pose_metrics(found: Array, truth: Array) -> Errors:
-    """Return all metrics of positions (frames, 24, 3) in mm.
+    """Return all error metrics of positions, shape (frames, 24, 3), in mm.
 
-    Foot contacts are taken from `truth`.
+    Foot contacts are determined from `truth`.
     """
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
@@ -58,8 +58,8 @@ def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
     """Return the numerator and the denominator of the lag of positions.
 
     With the true positions x* and velocities v*, these are −Σ (x − x*)·v* and Σ v*·v*. Their
-    quotient is, to first order, the delay in seconds that makes x* most similar to x. Add up the
-    parts of several clips before the division.
+    quotient is, to first order, the delay in seconds that makes x* most similar to x. For several
+    clips, sum the numerators and the denominators before dividing.
 
     Parameters
     ----------

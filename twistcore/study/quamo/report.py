@@ -1,4 +1,4 @@
-"""Write the reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
+"""Create the reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
 Reports are written as Markdown and as JSON. The paper's results come from different data [Le26
 Tables 1, 3]. Therefore, only ratios to the input can be compared, and no table is a reproduction.
@@ -70,9 +70,9 @@ class StudyReport:
 def evaluation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Report how learned and hand-tuned gains compare with the rivals and with the bounds.
+    """Report how learned and hand-tuned gains compare with rival filters and with the bounds.
 
-    Only clips of subjects that have a network trained without them are used.
+    A clip is used only if there is a network that was trained without the clip's subject.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
@@ -107,7 +107,7 @@ def evaluation_report(
 
 
 def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str, Method]:
-    """Return the causal methods, followed by the methods that need the whole file."""
+    """Return the evaluated methods: first the causal ones, then those needing the whole clip."""
     known = baseline_methods(sequences)
     offline = {rival.name for rival in RIVALS if not rival.causal}
     methods = {name: method for name, method in known.items() if name not in offline}
@@ -132,8 +132,8 @@ def ablation_report(
 ) -> StudyReport:
     """Report the effects of the steps of [Le26 Table 3] and of other choices.
 
-    These are the representation of rotations, the integration and the acceleration term. The steps
-    are compared on the clips for which every trained variant has a network.
+    The other choices are the representation of rotations, the integration and the acceleration
+    term. The steps are compared on the clips for which every trained variant has a network.
     """
     everything = sequences
     sequences = _known(sequences, networks)
@@ -187,7 +187,7 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
     """Return the tables of metrics under each noise condition.
 
-    With systematic noise, tables have only ratios to the input.
+    Under systematic noise, the tables contain only ratios to the input.
     """
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
@@ -203,7 +203,10 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return rows of name, speed in rad/s, and errors of exact and first-order steps in degrees."""
+    """Return the integration errors of exact and first-order steps at several speeds.
+
+    Each row contains the name of the speed, the speed in rad/s, and both errors in degrees.
+    """
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

@@ -1,8 +1,8 @@
 """Apply the PD controller to other representations of rotations, for comparison [Le26 §4.5].
 
 The three numbers of a joint, which are Euler angles or a rotation vector, are tracked as if they
-were a vector. The stiffness is κP/2, so that all representations obey the same equation for small
-errors as the quaternion, whose error is sin(θ/2).
+were an ordinary vector. The stiffness is κP/2, so that all representations obey the same equation
+for small errors as the quaternion, whose error is sin(θ/2).
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) by their three coordinates, from rest in the first frame."""
+    """Track rotations (frames, …, 4) by their three coordinates, starting at rest."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -106,7 +106,7 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """Return True if a clip's root passes a discontinuity of any representation.
+    """Return True if a clip's root crosses a discontinuity of at least one representation.
 
     `q` has the shape (frames, joints, 4).
     """
@@ -117,7 +117,7 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Return the errors of exact and of first-order integration, radians, in this order.
+    """Return the errors of exact and of first-order integration, in this order, in radians.
 
     The errors are measured after 100 steps of `dt` seconds at constant speed, in rad/s.
     """

@@ -1,8 +1,9 @@
 """Methods to compare with the tracker: causal filters, smoothers of whole clips, and an offset.
 
-Each rival has separate settings for rotations and for the root's position. They are the best
-settings of a grid on the training subjects for which MPJPE (or GRE) is no higher than our
-tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice and prints the rule.
+Each rival has separate settings for rotations and for the root's position. They were chosen from a
+grid on subjects that are not used for any table, among settings whose MPJPE (GRE for the root) is
+no larger than our tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats this choice
+and documents the rule.
 
 Linear filters are applied to the four components of the quaternions, each quaternion in the
 hemisphere of the previous one. The results are scaled to unit length. Unlike angles, components do
@@ -65,8 +66,8 @@ class Rival:
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     """Filter rotations along the geodesic with the One-Euro filter [Casiez12].
 
-    `setting` has the lowest cut-off frequency in Hz, its increase in Hz per rad/s, and the cut-off
-    frequency for the speed in Hz.
+    `setting` contains the lowest cut-off frequency in Hz, its increase in Hz per rad/s, and the
+    cut-off frequency for the speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -99,7 +100,7 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
     """Filter causally with a Butterworth low-pass filter that starts in its steady state.
 
-    `setting` has the order and the cut-off frequency in Hz.
+    `setting` contains the order and the cut-off frequency in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -111,7 +112,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
     """Filter forward and backward with a Butterworth low-pass filter, without delay.
 
-    `setting` has the order and the cut-off frequency in Hz.
+    `setting` contains the order and the cut-off frequency in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -123,7 +124,7 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
     """Fit a polynomial around each frame and return its value in that frame.
 
-    `setting` has the number of frames of the window and the degree.
+    `setting` contains the window length in frames and the degree of the polynomial.
     """
     del dt
     frames, degree = (int(v) for v in setting)
@@ -133,12 +134,12 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """Smooth like `quamo refine --method spline`. `setting` has the cut-off frequency in Hz."""
+    """Smooth like `quamo refine --method spline`. `setting` is the cut-off frequency in Hz."""
     return smoothed(x, setting[0], dt)
 
 
 def of_components(filtered: Smooth) -> Smooth:
-    """Return a filter of rotations that applies `filtered` to the quaternions' components."""
+    """Return a filter for rotations that applies `filtered` to the quaternion components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
         return normalise(filtered(continuous_signs(q_hat), dt, setting))
@@ -171,10 +172,10 @@ RIVALS = (
 
 
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
-    """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
+    """Return the mean rotation vector from the input to the truth for each joint, (joints, 3).
 
-    `pairs` are pairs (q̂, q) of training clips. The result shows a systematic error that all clips
-    share.
+    `pairs` contains the noisy and the true rotations (q̂, q) of each training clip. The result
+    shows a systematic error that all clips share.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)

@@ -29,7 +29,7 @@ class Sequence24:
     name
         Name of the clip.
     subject
-        The person who was captured.
+        The name of the captured person.
     q
         Local rotations, shape (frames, 24, 4).
     r
@@ -83,7 +83,7 @@ def split_into_windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Se
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
-    """Return the BVH clips of a folder, sorted by name, and a sentence for each unusable clip.
+    """Return a folder's BVH clips, sorted by name, and a sentence for each unusable clip.
 
     Raises TwistError if there is no BVH file.
     """

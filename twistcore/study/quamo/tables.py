@@ -24,7 +24,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """The noise of a table: a level, with or without a systematic part."""
+    """The noise condition of a table: an error level, with or without a systematic part."""
 
     level: str
     systematic: bool
@@ -43,7 +43,7 @@ CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False,
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """The metrics of methods, averaged over frames.
+    """The error metrics of methods, averaged over frames.
 
     Attributes
     ----------
@@ -57,19 +57,19 @@ class Scores:
     clips: tuple[str, ...]
 
     def mean(self, method: str, condition: NoiseCondition) -> Array:
-        """Return a method's mean over seeds, in the order of METRICS."""
+        """Return a method's metrics, averaged over seeds, in the order of METRICS."""
         mean: Array = self.by_method[method, condition].mean(axis=0)
         return mean
 
     def ratio(self, method: str, condition: NoiseCondition) -> Array:
-        """Return a method's mean divided by the input's, in the order of METRICS.
+        """Return a method's mean metrics, divided by those of the input, in the order of METRICS.
 
-        The ratio is 1 if the input's mean is 0.
+        Where the input's mean is 0, the ratio is 1.
         """
         return _ratio(self.mean(method, condition), self.mean("input", condition))
 
     def ratios(self, method: str, condition: NoiseCondition, base: str = "input") -> Array:
-        """Return the ratio of `method` to `base` for each seed, (seeds, len(METRICS))."""
+        """Return the metrics of `method` divided by those of `base`, (seeds, len(METRICS))."""
         return _ratio(self.by_method[method, condition], self.by_method[base, condition])
 
 
@@ -86,9 +86,9 @@ def score_methods(
     *,
     from_truth: bool = False,
 ) -> Scores:
-    """Run every method on every clip, condition and seed, all with the same noise.
+    """Run every method on every clip, noise condition and seed. All methods get the same noise.
 
-    If `from_truth` is True, the input's root is shifted to begin where the truth begins [Le26
+    If `from_truth` is True, the input is shifted so that its root begins at the true position [Le26
     §4.2].
     """
     # A method processes all conditions and seeds of a clip at once, which takes far fewer steps.
@@ -143,7 +143,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """Return the table of one condition, with metrics and their ratios to the input."""
+    """Return a Markdown table for a noise condition: metrics, and their ratios to the input."""
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
@@ -157,7 +157,7 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseC
 def ratios_to_markdown(
     title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
-    """Return the table of one condition, with only the ratios to the input."""
+    """Return a Markdown table for a noise condition: only the ratios to the input."""
     rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
     return markdown_table((title, *METRICS), rows)
 

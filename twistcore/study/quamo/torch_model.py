@@ -1,4 +1,4 @@
-"""The state space and both networks in PyTorch, with the same steps as tracker.py and network.py.
+"""The state space and both networks in PyTorch, computing the same as tracker.py and network.py.
 
 torch is an argument or imported when needed, so that the rest of the program does not depend on it.
 """
@@ -34,7 +34,7 @@ def import_torch() -> Any:
 def track_windows(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Track windows with the state space and the networks, in the same steps as Stepper.
+    """Track windows of noisy poses with the state space and the networks, as Stepper does.
 
     Parameters
     ----------
@@ -74,8 +74,8 @@ def track_windows(
 def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
     """Return a function of tensors that takes one step of the state space with ControlNet's gains.
 
-    If `compiled` is True, torch.compile fuses the step. This needs a C++ compiler and about a
-    minute at the start, and halves the time of an epoch.
+    If `compiled` is True, torch.compile fuses the step. This requires a C++ compiler and takes
+    about a minute at the start, but halves the duration of an epoch.
     """
     dt, n, exact = NETWORK_DT, 3 * JOINTS, variant in ("s3", "full")
 

@@ -2,7 +2,7 @@
 
 The loss is [Le26 Eq. 6] without its shape term: the L1 errors of joint positions relative to the
 root and of the root's position, and of the second differences of both, over 100 steps of the state
-space. torch is imported only when training starts.
+space. PyTorch is imported only when training starts.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class TrainingSettings:
     batch
         Number of windows per batch.
     window, stride
-        Number of frames of a window, and between the starts of two windows.
+        Number of frames in a window, and number of frames between the starts of two windows.
     rate, decay
         Initial learning rate, and weight decay.
     """
@@ -111,7 +111,7 @@ def train(
     compiled
         True to compile the step (see :func:`make_step`).
     tell
-        Called with a line of text after each epoch.
+        A function that is called with a line of text after each epoch.
 
     Raises
     ------
@@ -170,10 +170,11 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """Yield an epoch's windows in random order, randomly mirrored and rotated, with new noise.
+    """Yield the training windows of an epoch in random order, mirrored, rotated and with noise.
 
-    The batches depend only on the seed of the settings and on the epoch, so that a resumed run
-    gives the same result. `starts` lists the index of the clip and the first frame of each window.
+    Mirroring, rotation and noise are random. They depend only on the seed of the settings and on
+    the epoch, so that a resumed run gives the same result. `starts` lists the index of the clip and
+    the first frame of each window.
     """
     rng = np.random.default_rng([settings.seed, 2, epoch])
     spread = _spread(sequences)
@@ -201,7 +202,7 @@ def _starts(sequences: Sequence[Sequence24], settings: TrainingSettings) -> list
 def _pose_statistics(
     sequences: Sequence[Sequence24], settings: TrainingSettings
 ) -> dict[str, NDArray[np.float32]]:
-    """Return mean and standard deviation of the pose inputs under the training noise."""
+    """Return the mean and the standard deviation of the pose inputs with training noise."""
     rng = np.random.default_rng([settings.seed, 3])
     spread = _spread(sequences)
     poses = np.concatenate(
@@ -214,7 +215,7 @@ def _pose_statistics(
 
 
 def _spread(sequences: Sequence[Sequence24]) -> Array:
-    """Return the standard deviation of each joint's rotation vectors, (24, 3), 0 for the root."""
+    """Return the standard deviation of each joint's rotation vector, (24, 3); 0 for the root."""
     spread: Array = np.concatenate([logarithm(s.q) for s in sequences]).std(axis=0)
     spread = np.maximum(spread, spread[list(MIRROR)])
     spread[0] = 0.0
@@ -244,7 +245,7 @@ def _augmented(
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
-    """Return the L1 errors of positions and of their second differences, added up, in metres."""
+    """Return the sum of the L1 errors of positions and of their second differences, in metres."""
     q, r = track_windows(torch, w, batch.q_hat, batch.r_hat, step)
     found, found_r = relative_places(torch, q, batch.offsets), r
     truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
@@ -262,7 +263,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 def _settings_text(settings: TrainingSettings) -> str:
     """Return the settings as text for checkpoints.
 
-    The text begins with the class's earlier name, so that earlier checkpoints can be used.
+    The text begins with an earlier name of the class, so that earlier checkpoints can be used.
     """
     return repr(settings).removeprefix("Training")
 
