@@ -64,6 +64,7 @@ def folder_page(
         title=title,
         numbers=numbers,
         kinds=_kinds(numbers),
+        found_kinds=tuple(kind for kind in KINDS if numbers.kinds[kind]),
         rows=done[:MOST_ROWS],
         rows_left_out=max(0, len(done) - MOST_ROWS),
         troubled=[row for row in rows if row.state != "done"][:MOST_ROWS],
@@ -97,9 +98,10 @@ def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds of errors that have a column in the table.
+    """Return the kinds of errors that the page counts.
 
-    A kind of capture fault has a column only if the batch has such faults.
+    A kind of capture fault is counted only if the batch has such faults. Kinds that were not found
+    have no column in the tables.
     """
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
