@@ -255,7 +255,7 @@ class ReviewJournal(QObject):
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Create a journal that begins with `state`, the review as it was `back` steps ago.
+        """Create a journal that begins with the state of the review `back` steps ago.
 
         Returns False if no folder is writable.
         """

@@ -408,7 +408,7 @@ class Settle(Command):
         return tuple(judged.id for judged in self.earlier)
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the given intervals. Raises ValueError for an unknown chain."""
+        """Return the state with the settled intervals. Raises ValueError for an unknown chain."""
         for judged in self.earlier:
             if judged.interval.chain not in state.tau:
                 raise ValueError(f"there is no chain {judged.interval.chain!r}")

@@ -85,7 +85,7 @@ class SoftErrors:
 
 
 def soft_error_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
-    """Return the reason for a frame at which a soft error below τ has its peak, or None."""
+    """Return the reason if a soft error below τ has its peak at the frame, or None."""
     for s in own.fixed:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)

@@ -125,10 +125,10 @@ def _clear(t: Terms) -> bool:
 
 
 def unanswered(t: Terms) -> bool:
-    """Return True if one of the two bones clearly does not rotate with the error at its edges.
+    """Return True if the parent or the child clearly does not rotate at the edges of the error.
 
-    The result is False if one of the bones hardly rotates in the rest of the clip, because its
-    rotation at the edges is then sufficient evidence.
+    The result is False if either of them hardly rotates in the rest of the clip, because a rotation
+    of that joint at the edges is then sufficient evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 

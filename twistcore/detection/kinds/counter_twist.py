@@ -1,6 +1,6 @@
 """Counter-twists: a parent rotates about its bone, and its child rotates back [Choi26].
 
-The detectors find these errors, so the kind has no finder function.
+The detectors find these errors, so this module needs no finder function.
 """
 
 from twistcore.detection.kind import KindInfo
