@@ -11,8 +11,8 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
     """Return the curve of the joint's distance from its path.
 
-    Distances are percentages of the skeleton's height. The limit of the curve is the smallest distance that counts as a jump. The result is None for a
-    joint without position channels.
+    Distances are percentages of the skeleton's height. The limit of the curve is the smallest
+    distance that counts as a jump. The result is None for a joint without position channels.
     """
     own = OwnFrames.of(search.motion)
     start, stop = own.span(interval)
