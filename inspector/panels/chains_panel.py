@@ -169,7 +169,7 @@ class ChainsPanel(QWidget):
         self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._hint = hint(tr("The chains of a clip appear here."))
+        self._hint = hint(tr("Open a clip to see its chains here."))
         self._showing = False  # True while rows are being changed by the program
         self._fixed: dict[str, _Shown] = {}  # values that do not depend on τ, keyed by chain
         self._stack = QStackedWidget()

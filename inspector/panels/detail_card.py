@@ -63,7 +63,7 @@ _MAY_INSERT = tr(
     "the joint is turned wrongly from here on or up to here."
 )
 _EDITED = tr_as("an interval", "edited")
-_OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
+_OTHER_SIDE = tr("the error may lie in the frames around the interval instead")
 
 
 class DetailCard(QWidget):
@@ -420,7 +420,7 @@ def explanation(
         why = _OTHER_SIDE
         if _one_turns(judged, chain, evidence):
             why = tr("only one of the two joints turns")
-        sentences.append(tr("Left open: {why}.", why=why))
+        sentences.append(tr("Not corrected automatically: {why}.", why=why))
     if not judged.supported:
         sentences.append(tr("No longer found at this τ."))
     return " ".join(filter(None, sentences))
@@ -494,8 +494,8 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
     jumps = (
-        tr("At the start θp jumps by {p}° and θc by {c}°."),
-        tr("At the end θp jumps by {p}° and θc by {c}°."),
+        tr("At the start, θp jumps by {p}° and θc by {c}°."),
+        tr("At the end, θp jumps by {p}° and θc by {c}°."),
     )
     for words, edge in zip(jumps if begins else jumps[1:], edges, strict=False):
         p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
@@ -511,7 +511,10 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
             c=signed(c),
         )
     if abs(interval.residual) > np.radians(0.005):
-        yield tr("{angle}° remain after the end.", angle=signed(np.degrees(interval.residual), 2))
+        yield tr(
+            "An error of {angle}° remains after the end.",
+            angle=signed(np.degrees(interval.residual), 2),
+        )
 
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
@@ -653,5 +656,5 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
         lines.append(figures)
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
-        lines.append(tr("{angle}° remain after the end.", angle=left))
+        lines.append(tr("An error of {angle}° remains after the end.", angle=left))
     return "\n".join(lines)

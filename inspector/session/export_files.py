@@ -193,14 +193,14 @@ def check_targets(
     known = _written_marks(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
-            message = tr("{path} exists already. Choose another name.", path=file)
+            message = tr("{path} already exists. Choose another name.", path=file)
             raise TwistError(message)
     if choice.session and is_there(replay):
         try:
             read_session(replay)
         except TwistError:
             message = tr(
-                "{path} exists and was not written by this program. Choose another name.",
+                "{path} already exists and was not written by this program. Choose another name.",
                 path=replay,
             )
             raise TwistError(message) from None
@@ -263,7 +263,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     name = export.choice.path.name
     stale = ""
     if export.changed:
-        stale = f" {export.changed} " + tr("The export was made from the version that is open.")
+        stale = f" {export.changed} " + tr("The open version of the clip was exported.")
     change = compare(export.clip.motion, refined)
     if not change.joints:
         why = export.left_out or tr("No correction was accepted.")
@@ -315,11 +315,11 @@ def _moved(change: Difference) -> str:
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
         return tr(
-            "These joints moved (relative to the height): {names}. No other joint moved.",
+            "These joints moved (as a share of the height): {names}. No other joint moved.",
             names=names,
         )
     return tr(
-        "These joints moved (relative to the height): {names}. No other joint moved by "
+        "These joints moved (as a share of the height): {names}. No other joint moved by "
         "more than {rest:.0e}.",
         names=names,
         rest=rest,

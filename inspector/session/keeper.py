@@ -315,7 +315,8 @@ class Keeper(QObject):
             )
         if self.read_only:
             return tr(
-                "Another window is editing the review again: {holder}.", holder=self.lock.holder
+                "The review is being edited in another window again: {holder}.",
+                holder=self.lock.holder,
             )
         self._robbed = self._kept.clip.path
         return ""

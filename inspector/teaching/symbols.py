@@ -92,8 +92,8 @@ SYMBOLS = {
         r"\delta",
         "twist",
         tr(
-            "the part of the offset that Apply removes: the selected interval's offset in its "
-            "unaltered frames, or else offset(t)"
+            "the part of the offset that Apply removes: of the selected interval's offset "
+            "in the frames that are not altered, or of offset(t) in all others"
         ),
         (("offset", ""),),
     ),

@@ -172,8 +172,8 @@ class Timeline(QWidget):
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
         """Return the menu entries for the plot with this key."""
-        alone = tr("All plots") if self.grid.alone else tr("This plot alone")
-        fit = tr("Fit the height"), self.panes[key].time.fit
+        alone = tr("All plots") if self.grid.alone else tr("Only this plot")
+        fit = tr("Fit height"), self.panes[key].time.fit
         return fit, (alone, partial(self.grid.enlarge, key))
 
     def fit(self) -> None:

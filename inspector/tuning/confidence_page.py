@@ -42,7 +42,7 @@ class ConfidencePage(QWidget):
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self.plot = ReliabilityPlot(self._colours)
-        self.plot.setAccessibleName(tr("Accepted share against confidence"))
+        self.plot.setAccessibleName(tr("Share of accepted intervals for each confidence"))
         self.plot.setToolTip(
             tr(
                 "Horizontal: the confidence of intervals. Vertical: the share of them that you "
@@ -174,7 +174,7 @@ class ConfidencePage(QWidget):
                 )
             )
             if found
-            else tr("Accept at least 10 intervals to remember τ")
+            else tr("Available after you accept at least 10 intervals")
         )
         if known and found is not None:
             self._show(whose, found)

@@ -26,7 +26,7 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
         return [], ""
     cost, counts = known
     listed = tr(
-        "τ {tau:.2f}° lists {listed:.0f}, {automatic:.0f} automatic",
+        "τ {tau:.2f}°: {listed:.0f} listed, {automatic:.0f} automatic",
         tau=np.degrees(tau),
         listed=counts.listed,
         automatic=counts.automatic,
@@ -49,7 +49,7 @@ def suggestion_text(
         return f"{tau} ({gain(present, suggested)})"
     low, high = np.degrees(wishes.plateau(curve, present))
     if high - low < _SAME:
-        return tr("{tau:.2f}° costs least: no change", tau=np.degrees(present))
+        return tr("{tau:.2f}° is best: no change", tau=np.degrees(present))
     return tr("{low:.2f}–{high:.2f}° cost the same: no change", low=low, high=high)
 
 

@@ -287,7 +287,7 @@ class ReviewActions:
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
             reasons = tuple(dict.fromkeys((*REASONS, *own)))
-            palette = ReasonPalette(reasons, tr("Reject. Why?"), self.window)
+            palette = ReasonPalette(reasons, tr("Why reject it?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)
             palette.show()
@@ -402,7 +402,7 @@ class ReviewActions:
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message(tr("Nothing is suspicious down to half of τ."), False)
+            self.bar.show_message(tr("No suspicious moments were found down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -413,7 +413,9 @@ class ReviewActions:
         faint = weak_candidates(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
+            text = tr("No suspicious moments were found down to half of τ.") + _count_explained(
+                past
+            )
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]

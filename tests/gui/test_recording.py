@@ -276,7 +276,7 @@ def test_a_picture_has_any_size_in_any_unit(qtbot, window):
     picture.preset.setCurrentIndex(picture.preset.findText("1920 × 1080 pixels"))
     assert (picture.size, picture.paper) == ((1920, 1080), Paper(96.0, 12.0, white=False))
     assert not picture.dpi.isVisible()
-    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.preset.setCurrentIndex(picture.preset.findText("Custom size"))
     picture.width.setValue(100)
     picture.height.setValue(50)
     picture.dpi.setCurrentIndex(picture.dpi.findData(300))
@@ -295,7 +295,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     qtbot.addWidget(dialog)
     dialog.format.setCurrentIndex(2)
     picture = dialog.picture
-    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.preset.setCurrentIndex(picture.preset.findText("Custom size"))
     picture.unit.setCurrentText("pixels")
     picture.width.setValue(20_000)
     picture.height.setValue(20_000)

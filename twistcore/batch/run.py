@@ -261,7 +261,8 @@ class _Run:
             self.in_vain += 1
             row = _failed(
                 row,
-                f"{source.name}: the clip is done, but its result cannot be recorded: {error}",
+                f"{source.name}: the clip was processed, but its result cannot be "
+                f"recorded: {error}",
             )
             # The manifest already has a row for the clip, so this may work even on a full disk.
             with suppress(TwistError), self.manifest.transaction():

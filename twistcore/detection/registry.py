@@ -75,7 +75,7 @@ class Detectors(Mapping[str, Detector]):
             return self[name]
         except KeyError:
             known = ", ".join(self)
-            raise TwistError(f"no detector {name!r}; expected one of {known}") from None
+            raise TwistError(f"there is no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, or replace an earlier one with the same name.
@@ -241,9 +241,7 @@ def _of_package(point: EntryPoint) -> Detector:
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
-        raise TwistError(
-            f"{where} has the name {made.info.name!r} in its info: expected the same name"
-        )
+        raise TwistError(f"{where}: expected the same name in its info, found {made.info.name!r}")
     return GuardedDetector(made)
 
 

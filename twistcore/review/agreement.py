@@ -20,9 +20,9 @@ class PairDifference(StrEnum):
 
     VERDICT = "opposite decisions"
     CORRECTION = "different corrections"  # neither reviewer has rejected the interval
-    DECIDED = "decided by one only"
+    DECIDED = "decided by only one reviewer"
     INSERTED = "inserted by only one reviewer"
-    DETECTED = "detected in one only"  # and its reviewer has decided on it
+    DETECTED = "detected in only one review"  # and its reviewer has decided on it
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Agreement:
         if self.kappa is not None:
             return ""
         if not self.decisions:
-            return "no interval was decided by both"
+            return "no interval was decided by both reviewers"
         return f"both reviewers {self.decisions[0][0]} every interval"
 
     @property
@@ -143,7 +143,10 @@ class Agreement:
         if self.percent is None:
             return self.why_no_kappa
         score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
-        count = f"decided by both: {len(self.decisions)}, alike: {self.alike}"
+        count = (
+            f"decided by both reviewers: {len(self.decisions)}, with the same decision: "
+            f"{self.alike}"
+        )
         return f"{count} ({self.percent:.0f} %), Cohen's kappa: {score}"
 
 

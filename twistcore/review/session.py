@@ -352,7 +352,7 @@ def tracking_from_json(entry: Any) -> Tracking:
     cutoff = above_zero(entry["cutoff"], "cutoff")
     bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
     if not {name for name, _, _ in bursts} <= set(joints):
-        raise FormatError("expected bursts of the tracked joints")
+        raise FormatError("expected noise bursts only in joints that are tracked")
     return replace(found, spline=True, cutoff=cutoff, bursts=bursts)
 
 

@@ -305,7 +305,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {shown_value(name)} in this skeleton") from None
+        raise TwistError(f"there is no joint {shown_value(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:

@@ -272,7 +272,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         key = line[0].text.lower()
         # Limits may continue on further lines.
         if key not in _OF_BONE and key[:1] not in "(-+.0123456789":
-            text = f"{quoted(line[0].text)} of a bone is unknown and ignored."
+            text = f"The bone property {quoted(line[0].text)} is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
         raise read.fail("expected 'name' and one word in this bone", (named or [end])[0])
