@@ -65,7 +65,10 @@ _TIPS = (
 _LIMB_TIPS = (
     tr("The whole limb. The tick shows or hides its flips."),
     tr("Flips decided / flips found"),
-    tr("Largest jump of the limb about its line from one frame to the next"),
+    tr(
+        "Largest jump of the limb about the line from its first joint to its end, between two "
+        "frames"
+    ),
     tr("Threshold τ of this limb: the smallest jump that is reported"),
     tr(
         "Median distance of the middle joint from the limb's line, as a share of its length:\n"

@@ -462,8 +462,8 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     }
     if interval.kind == Kind.CARRIED_ROLL:
         return tr(
-            "{part} rolls {angle}° too far for {frames}, and the {next} rolls along. The limb "
-            "keeps its shape.",
+            "{part} rolls {angle}° too far for {frames}, and the {next} rolls with it. "
+            "The limb keeps its shape.",
             **values,
         )
     if judged.by_hand or judged.edited or _one_turns(judged, chain, evidence):
@@ -505,7 +505,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
-            "The limb is straight: at frame {frame} θp turns by {p}° and θc by {c}°.",
+            "The limb is straight: at frame {frame}, θp turns by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
             p=signed(p),
             c=signed(c),
@@ -645,8 +645,9 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
     lines = []
     if edges := evidence.get("edges", ()):
         figures = tr(
-            "In other frames the {middle} jumps by {unsteady:.1f}° or less.\n"
-            "Log odds for a flip, from the {middle}'s side in the rest of the clip: {side}.\n"
+            "In other frames, the {middle} jumps by {unsteady:.1f}° or less.\n"
+            "Log odds for a flip, from the {middle}'s side in the rest of the clip: "
+            "{side}.\n"
             "Log odds for a flip, against all other explanations: {odds}.",
             middle=middle_of(limb),
             unsteady=max(e["sigma_deg"] for e in edges),

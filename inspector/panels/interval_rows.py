@@ -290,5 +290,5 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         parts.append(tr("corrected automatically, not yet reviewed"))
     if judged.reviewer or judged.decided_at:
         by, at = judged.reviewer, judged.decided_at
-        parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
+        parts.append(tr("decision: {at} {reviewer}", at=at, reviewer=by).strip())
     return "\n".join(parts)

@@ -83,7 +83,7 @@ class TrackPage(QWidget):
             QRadioButton(tr_as("gains", "Learned")),
         )
         self.learned.setToolTip(
-            tr("Gains from the neural networks at 25 Hz, for CMU's or SMPL's 24 joints only")
+            tr("Gains from the neural networks at 25 Hz, only for the 24 joints of CMU or SMPL")
         )
         self.spline = QRadioButton(tr("Spline"))
         self.spline.setToolTip(tr("Smooth the whole clip with a spline, without lag"))

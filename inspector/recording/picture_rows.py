@@ -131,7 +131,7 @@ class PictureRows(QObject):
         if most not in (self.width.value(), self.height.value()):
             return self._size_in_words()
         limit = tr(
-            "At {dpi}, a side can have at most {most} {unit}",
+            "At {dpi}, each side can be at most {most} {unit}",
             dpi=self.dpi.currentText(),
             most=most,
             unit=self.unit.currentText(),

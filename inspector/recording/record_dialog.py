@@ -131,7 +131,7 @@ class RecordDialog(WriteDialog):
             out.append((tr("The selected interval ± 0.5 s"), (max(0, low), min(frames, high))))
         first, stop = max(0, round(seen[0] + 0.5)), min(frames, round(seen[1] + 0.5))
         if stop - first < frames and stop > first:
-            out.append((tr("What the plots show"), (first, stop)))
+            out.append((tr("The visible range"), (first, stop)))
         out.append((tr("The whole clip"), (0, frames)))
         if taught:
             out.append((_SWEEP, None))

@@ -41,7 +41,7 @@ from twistcore.review.model import resized, same_offsets
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
-BLIND = tr("In an exercise the detector is off and τ is fixed: you are the detector.")
+BLIND = tr("In an exercise, the detector is off and τ is fixed: you are the detector.")
 
 
 class Document(OpenClip):

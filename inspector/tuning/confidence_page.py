@@ -168,8 +168,8 @@ class ConfidencePage(QWidget):
             if borrowed
             else as_tip(
                 tr(
-                    "Remember τ and the learned confidence ({whose}), and offer them for such "
-                    "clips",
+                    "Remember τ and the learned confidence ({whose}), and offer them for "
+                    "similar clips",
                     whose=whose,
                 )
             )

@@ -91,16 +91,16 @@ def presumed_text(costs: Costs, chain: str, tau: float) -> str:
     if sure:
         words.append(
             plural(
-                "{n} certain interval counts as an error: judge it",
-                "{n} certain intervals count as errors: judge them",
+                "{n} certain interval counts as an error until you judge it",
+                "{n} certain intervals count as errors until you judge them",
                 sure,
             )
         )
     if unjudged:
         words.append(
             plural(
-                "{n} unjudged correction counts as a false alarm: judge it",
-                "{n} unjudged corrections count as false alarms: judge them",
+                "{n} unjudged correction counts as a false alarm until you judge it",
+                "{n} unjudged corrections count as false alarms until you judge them",
                 unjudged,
             )
         )

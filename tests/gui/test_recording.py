@@ -302,7 +302,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     assert picture.size == (12_000, 12_000)
     picture.unit.setCurrentText("mm")
     assert picture.size == (12_000, 12_000)
-    assert "At 600 dpi, a side can have at most 508 mm" in dialog.length.text()
+    assert "At 600 dpi, each side can be at most 508 mm" in dialog.length.text()
     picture.dpi.setCurrentIndex(picture.dpi.findData(dpi))
     picture.width.setValue(12_000)
     assert picture.width.value() == most

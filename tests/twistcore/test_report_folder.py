@@ -69,7 +69,7 @@ def test_clips_that_are_gone_or_changed_have_what_the_run_noted(tmp_path, kick):
     changed = replace(kick, name="changed.bvh", source=str(tmp_path / "changed.bvh"))
     far = replace(kick, name="far.bvh", source="s3://bucket/far.bvh")
     done = written(tmp_path, [gone, changed, far])
-    told = {"gone": "no such file", "changed": "changed after", "far": "on this computer"}
+    told = {"gone": "does not exist", "changed": "changed after", "far": "on this computer"}
     assert len(done.problems) == 3
     for name, why in told.items():
         assert sum(why in problem for problem in done.problems) == 1

@@ -250,7 +250,7 @@ def _of_file(place: str, path: str, name: str) -> Detector:
         raise TwistError(f"{place}: expected FILE.py:Class")
     if not Path(path).is_file():
         raise TwistError(
-            f"{path}: expected a Python file with a detector, but there is no such file"
+            f"{path}: expected a Python file with a detector, but the file does not exist"
         )
     with as_twist_error(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)

@@ -111,8 +111,13 @@ def unknown_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     if not unknown:
         return ()
     kinds, count = ", ".join(sorted(set(unknown))), len(unknown)
-    some = "1 accepted interval is" if count == 1 else f"{count} accepted intervals are"
-    return (f"{clip.path}: {some} of kinds that this version cannot correct: {kinds}",)
+    if count == 1:
+        return (
+            f"{clip.path}: this version cannot correct an accepted interval of the kind {kinds}",
+        )
+    return (
+        f"{clip.path}: this version cannot correct {count} accepted intervals of the kinds {kinds}",
+    )
 
 
 def uncorrected_chain_sentences(

@@ -220,11 +220,12 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
             bone.axis = read.numbers(line, 3)
     if not bone.dofs:
         raise read.fail("expected 'order' below :root, with the order of its numbers", head[0])
-    for what, value in (("position", read.start), ("orientation", bone.axis)):
-        if any(value):
-            how = "added to its translation" if what == "position" else "used as its axes"
-            text = f"The root's {what} is not zero; it is {how}."
-            read.warnings.append(ClipWarning(text))
+    if any(read.start):
+        text = "The position of the root is not zero; it is added to the root's translation."
+        read.warnings.append(ClipWarning(text))
+    if any(bone.axis):
+        text = "The orientation of the root is not zero; it is used as the root's axes."
+        read.warnings.append(ClipWarning(text))
 
 
 def _order(read: _Read, word: _Word) -> str:
@@ -314,7 +315,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
                 raise read.fail(
-                    (f"expected one parent of {quoted(word.text)}, found a second one"), word
+                    (f"expected only one parent of {quoted(word.text)}, found a second one"), word
                 )
             read.parents[word.text] = line[0].text
 

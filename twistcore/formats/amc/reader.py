@@ -59,7 +59,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
             raise AmcError(str(path), instead)
         asf = find_asf(path)
     except FileNotFoundError:
-        raise AmcError(str(path), "expected an AMC file, but there is no such file") from None
+        raise AmcError(str(path), "expected an AMC file, but the file does not exist") from None
     except IsADirectoryError:
         raise AmcError(str(path), "expected an AMC file, but this is a folder") from None
     except OSError as error:

@@ -172,7 +172,9 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
     if not gone.any():
         return Rewriting(clip, (), tuple(notes))
     if gone.all():
-        raise TwistError(f"{clip.path}: expected other channels than positions below the root")
+        raise TwistError(
+            f"{clip.path}: expected at least one channel that is not a position below the root"
+        )
     found = np.broadcast_to(gone, clip.values.shape)
     joints = [place.joint for place, column in _channels(clip) if gone[column]]
     joints += dict.fromkeys(joints)  # the number of channels changes, too
