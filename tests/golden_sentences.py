@@ -21,7 +21,7 @@ SENTENCES = {
     "amc: no section": "skeleton.asf, line 1: expected a section :root of an ASF, found none",
     "amc: unit": "skeleton.asf, line 7, column 9: expected deg or rad as the unit of angles, found 'gon'",
     "amc: name twice": "skeleton.asf, line 36, column 11: expected another name, because 'lfemur' is already in use",
-    "amc: no bone": "skeleton.asf, line 222, column 12: expected a bone of :bonedata, found 'lfood'",
+    "amc: no bone": "skeleton.asf, line 222, column 12: expected the name of a bone in :bonedata, found 'lfood'",
     "amc: no number": "clip.amc, line 17, column 9: expected a finite number (below 1e+100), found 'x62.9732'",
     "amc: unknown bone": "clip.amc, line 17, column 1: expected a bone of skeleton.asf with degrees of freedom, or the number of a frame, found 'lradios'",
     "amc: missing bone": "clip.amc, line 25, column 1: expected a line for 'lhumerus' in frame 1",

@@ -204,7 +204,7 @@ class ClipsPanel(QWidget):
         self._order: tuple[int, bool] | None = None
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
-        self.table.setAccessibleDescription(tr("Enter opens the clip"))
+        self.table.setAccessibleDescription(tr("Press Enter to open the clip"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self._severities = _SeverityBar(self._model, self.table)
         self.table.setItemDelegateForColumn(_SEVERITY, self._severities)

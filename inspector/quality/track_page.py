@@ -313,7 +313,7 @@ class TrackPage(QWidget):
         listed = (
             tr("All: {joints}", joints=joints) if every else tr("Selected: {joints}", joints=joints)
         )
-        text = listed if chosen else tr("Select joints in the table of the page Joints")
+        text = listed if chosen else tr("Select joints in the table on the Joints page")
         self.joints.setText(text)
         self.joints.setToolTip(as_tip(text))
         self.all.setEnabled(len(chosen) < len(rows))

@@ -187,7 +187,7 @@ def check_targets(
         )
         raise TwistError(message)
     if path in own or replay in own:
-        message = tr("{path} is a file of the review itself. Choose another name.", path=path)
+        message = tr("{path} is used by the review itself. Choose another name.", path=path)
         raise TwistError(message)
     check_ending(clip, path)
     known = _written_marks(choice, ours)

@@ -231,8 +231,7 @@ class Keeper(QObject):
         except OSError as error:
             why = of_core(str(error.strerror))
             message = tr("{path} was not saved ({why}).", path=places[0], why=why)
-            stay = tr("Your decisions are kept {place}.", place=self.journal.where())
-            return False, f"{message} {stay}"
+            return False, f"{message} {self.journal.where()}"
         if trouble is not None:
             message += tr(
                 "{path} was not saved ({why}). The session is now {place}.",

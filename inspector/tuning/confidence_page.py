@@ -132,7 +132,8 @@ class ConfidencePage(QWidget):
             self._document.message.emit(tr("The profile was not saved ({why}).", why=why), True)
             return
         message = tr(
-            "The profile ({whose}) was saved as {name}. It is offered when you open such a clip.",
+            "The profile ({whose}) was saved as {name}. It is offered when you open a "
+            "similar clip.",
             whose=whose,
             name=path.name,
         )

@@ -371,7 +371,8 @@ class ReviewActions:
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
             text = tr(
-                "Select a flip of a limb or a stretch: only these have a part to keep or turn."
+                "Select a limb flip or a stretch. Only these have a part that can be kept "
+                "or turned."
             )
             self.bar.show_message(text, False)
         else:

@@ -112,7 +112,7 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
     window.record_actions.record(RecordChoice(there, size=SIZE))
-    assert "exists already" in window.bar.label.text()
+    assert "already exists" in window.bar.label.text()
     assert there.read_bytes() == b"mine"
 
 

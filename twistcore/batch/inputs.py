@@ -105,7 +105,9 @@ def find_inputs(
             )
         group = list(_of_word(word, without, files))
         if not group and word not in files:
-            problems.append(f"{word}: expected a clip, or a folder or pattern with clips")
+            problems.append(
+                f"{word}: expected a clip, a folder with clips, or a pattern that matches clips"
+            )
         left_out = set() if "://" in word else _exports_among(group)
         exports |= left_out
         for source in group:

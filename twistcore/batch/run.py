@@ -301,8 +301,8 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         if not lock(handle):
             raise TwistError(
-                f"{folder}: another run of twistcore batch is writing into it; wait until that run "
-                "has ended"
+                f"{folder}: another run of twistcore batch is writing to this folder; wait "
+                "until it has ended"
             )
         yield
     finally:

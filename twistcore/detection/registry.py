@@ -247,7 +247,7 @@ def _of_package(point: EntryPoint) -> Detector:
 
 def _of_file(place: str, path: str, name: str) -> Detector:
     if not (path.endswith(".py") and name.isidentifier()):
-        raise TwistError(f"{place}: expected FILE.py:Class")
+        raise TwistError(f"{place}: expected a detector as FILE.py:Class")
     if not Path(path).is_file():
         raise TwistError(
             f"{path}: expected a Python file with a detector, but the file does not exist"

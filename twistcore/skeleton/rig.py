@@ -214,7 +214,7 @@ class Rig:
             (len(self.remove), "removed"),
             (len(self.names), "named"),
         )
-        return ", ".join(f"{n} {word}" for n, word in counts if n) or "as found"
+        return ", ".join(f"{n} {word}" for n, word in counts if n) or "unchanged"
 
 
 AS_FOUND = Rig()

@@ -276,7 +276,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
             text = f"The bone property {quoted(line[0].text)} is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
-        raise read.fail("expected 'name' and one word in this bone", (named or [end])[0])
+        raise read.fail("expected 'name' and one word for this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
         raise read.fail(
@@ -311,7 +311,9 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
     for line in lines[1:-1]:
         for word in line:
             if word.text not in read.bones:
-                raise read.fail(f"expected a bone of :bonedata, found {quoted(word.text)}", word)
+                raise read.fail(
+                    f"expected the name of a bone in :bonedata, found {quoted(word.text)}", word
+                )
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
                 raise read.fail(

@@ -190,7 +190,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     same.
     """
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
-        return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
+        return Rewriting(clip, (), (f"the frame rate is already {clip.fps:.6g} frames per second",))
     times = rate_times(clip.frames, clip.frame_time, fps)
     before, after, share = frames_at_times(times, clip.frames)
     held = with_rows(clip, before.tolist(), 1.0 / fps)
