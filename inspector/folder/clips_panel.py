@@ -43,7 +43,7 @@ _BAR = 3  # height in pixels of the bar that shows a severity
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
     tr_as("a clip or clips", "partly checked"),
-    tr_as("a clip or clips", "cut short"),
+    tr_as("a clip or clips", "truncated"),
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
@@ -68,7 +68,7 @@ class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     right = (_SEVERITY,)
     head_tips = (
-        tr("Name of the clip. ↺ marks unsaved decisions that can be restored."),
+        tr("Name of the clip. ↺ marks a clip with unsaved decisions that can be restored."),
         tr("Root mean square of the clip's errors over all frames. Click a heading to sort."),
         tr("Intervals decided / all intervals"),
         tr("✓: the clip was exported"),

@@ -108,7 +108,7 @@ def _read(path: Path, clip: Clip) -> Session:
 # fmt: off
 _FILE: tuple[ActionRow[Reviewers] | None, ...] = (
     ActionSpec("compare_reviews", tr("Compare with another review…"), (),
-               tr("List where another reviewer's session of this clip differs"),
+               tr("List the differences from another reviewer's session of this clip"),
                needs="clip", do=lambda p: p.choose()),
 )
 _EDIT: tuple[ActionRow[Reviewers] | None, ...] = (

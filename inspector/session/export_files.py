@@ -100,7 +100,8 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
     check_targets(choice, data.clip, document.exported, own)
     if choice.undecided and not document.accept_undecided():
         message = tr(
-            "{path} was not written, because nothing can be accepted here.", path=choice.path
+            "{path} was not written, because the undecided intervals cannot be accepted now.",
+            path=choice.path,
         )
         raise TwistError(message)
     return Export(

@@ -187,7 +187,7 @@ class Timeline(QWidget):
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
         hidden = seen < wanted and self.document.data is not None
-        some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
+        some = tr("{seen} of {wanted} plots", seen=seen, wanted=wanted) if hidden else tr("Plots")
         self.plots_button.setText(f"{some} ▾")
         tip = tr("Choose which plots are shown")
         room = tr("Make the panel taller to see the other plots.")

@@ -160,7 +160,9 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                checked=True, turn=lambda p, on: p.review_actions.group_errors(on)),
         None,
         ActionSpec("next_faint", tr("Next suspicious moment"), ("M",),
-                   tr("Weak candidates down to half of τ, and peaks above τ without an interval"),
+                   tr(
+                       "Go to weak candidates down to half of τ, and to peaks above τ without "
+                       "an interval"),
                    needs="clip", do=lambda p: p.review_actions.next_faint()),
         ActionSpec("why_not", tr("Why is nothing found here?"), ("Y",),
                    tr("Explain the current frame, or the peak of the strength closest to it"),
