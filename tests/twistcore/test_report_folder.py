@@ -108,7 +108,7 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path, kick, page):
     assert written(tmp_path, [kick]).pages == 1  # its own are
     (tmp_path / "report" / page).write_text("my own notes")
     before = {p: p.read_bytes() for p in (tmp_path / "report").rglob("*.html")}
-    with pytest.raises(TwistError, match="another file"):
+    with pytest.raises(TwistError, match="is not a report of this program"):
         written(tmp_path, [kick])
     assert {p: p.read_bytes() for p in (tmp_path / "report").rglob("*.html")} == before
 
