@@ -126,7 +126,7 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = (
-                tr("{limb} is a limb. Select a chain.", limb=of_core(limb.label))
+                tr("{limb} is a limb: select a chain", limb=of_core(limb.label))
                 if limb is not None
                 else _EMPTY
             )
