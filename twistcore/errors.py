@@ -15,7 +15,7 @@ class TwistError(Exception):
     ...     tc.read_clip("none.bvh")
     ... except tc.TwistError as error:
     ...     print(error)
-    none.bvh: expected a BVH file, but there is no such file
+    none.bvh: expected a BVH file, but the file does not exist
     """
 
     def __reduce__(self) -> tuple[Any, ...]:

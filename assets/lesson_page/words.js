@@ -35,7 +35,7 @@ var Words = (function () {
   function singular(d) { // a warning about undefined or unreliable angles
     const turned = d.swing_reliability < NEAR_SWING;
     const straight = d.azimuth_reliability < NEAR_STRAIGHT;
-    const lies = d.bend < Math.PI / 2 ? tr("is straight") : tr("is folded flat");
+    const shape = d.bend < Math.PI / 2 ? tr("straight") : tr("folded flat");
     if (turned && straight) {
       return tr("Both angles are singular: θp is {theta}, Δθc is {azimuth}. A nudge of 1° turns n "
         + "and v⊥ by 5° or more.", {
@@ -54,14 +54,14 @@ var Words = (function () {
       });
     }
     if (d.azimuth_reliability <= UNDEFINED) {
-      return tr("Δθc and m are undefined: the limb {lies}, so v⊥ has no direction. A nudge gives it "
-        + "one.", { lies: lies });
+      return tr("Δθc and m are undefined: the limb is {shape}, so v⊥ has no direction. A nudge gives it "
+        + "one.", { shape: shape });
     }
     if (straight) {
       const tipped = whole(Math.atan2(TIP, Math.asin(Math.min(d.azimuth_reliability, 1))));
-      return tr("Δθc is nearly singular: the limb almost {lies} ({reliable}). Tipping v sideways by "
+      return tr("Δθc is nearly singular: the limb is nearly {shape} ({reliable}). Tipping v sideways by "
         + "1° would turn v⊥ by {angle}.", {
-        lies: lies, reliable: reliable(d.azimuth_reliability), angle: tipped,
+        shape: shape, reliable: reliable(d.azimuth_reliability), angle: tipped,
       });
     }
     if (!d.dtheta_p_is_defined) {

@@ -43,7 +43,7 @@ _BAR = 3  # height in pixels of the bar that shows a severity
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
     tr_as("a clip or clips", "partly checked"),
-    tr_as("a clip or clips", "cut short"),
+    tr_as("a clip or clips", "truncated"),
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
@@ -68,7 +68,7 @@ class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     right = (_SEVERITY,)
     head_tips = (
-        tr("Name of the clip. ↺ marks unsaved decisions that can be restored."),
+        tr("Name of the clip. ↺ marks a clip with unsaved decisions that can be restored."),
         tr("Root mean square of the clip's errors over all frames. Click a heading to sort."),
         tr("Intervals decided / all intervals"),
         tr("✓: the clip was exported"),
@@ -210,7 +210,7 @@ class ClipsPanel(QWidget):
         self._order: tuple[int, bool] | None = None
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
-        self.table.setAccessibleDescription(tr("Enter opens the clip"))
+        self.table.setAccessibleDescription(tr("Press Enter to open the clip"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self._severities = _SeverityBar(self._model, self.table)
         self.table.setItemDelegateForColumn(_SEVERITY, self._severities)

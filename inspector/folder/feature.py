@@ -56,7 +56,9 @@ _FILE: tuple[ActionRow[Folder] | None, ...] = (
 )
 _GO: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("next_informative", tr("Next informative interval"), ("Ctrl+Shift+M",),
-               tr("The automatic correction in the folder whose verdict tells most about the rest"),
+               tr(
+                   "Go to the automatic correction whose verdict reveals most about the rest "
+                   "of the folder"),
                do=lambda p: p.informative_step.next()),
 )
 # fmt: on

@@ -100,8 +100,8 @@ class InformativeIntervals(QObject):
         if not self.verdicts or len(self.ordered) <= ENOUGH_STATED or missing <= 0:
             return ""
         return plural(
-            "{n} more verdict shows how reliable the automatic corrections are.",
-            "{n} more verdicts show how reliable the automatic corrections are.",
+            "After {n} more verdict, you can see how reliable the automatic corrections are.",
+            "After {n} more verdicts, you can see how reliable the automatic corrections are.",
             missing,
         )
 

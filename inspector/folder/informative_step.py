@@ -41,7 +41,7 @@ class InformativeStep:
             return tr("The folder is still being analysed.")
         if self._intervals.ordered:
             return tr("Every automatic correction in this folder has a verdict.")
-        return tr("No clip of this folder has an automatic correction.")
+        return tr("No clip in this folder has an automatic correction.")
 
     def _arrive(self) -> None:
         """Select the most informative interval after its clip has been opened."""

@@ -97,7 +97,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
     copy, key = (exercise.with_name(name + ending) for ending in (".bvh", ".key.json"))
     for path in (copy, key):
         if os.path.lexists(path):
-            why = tr("{file} exists already. Choose another name.", file=path.name)
+            why = tr("{file} already exists. Choose another name.", file=path.name)
             raise FormatError(f"{exercise.name}: {why}")
     return copy, key
 

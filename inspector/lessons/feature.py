@@ -63,7 +63,7 @@ _ROWS: tuple[ActionRow[Lessons] | None, ...] = (
     ActionSpec("tour", tr("Tour"), (), tr("A guided tour of swing, twist and their errors"),
                do=lambda p: p.lesson_actions.tour()),
     ActionSpec("open_lesson", tr("Open lesson…"), (),
-               tr("Open a lesson of your own, a Markdown file"),
+               tr("Open your own lesson, a Markdown file"),
                do=lambda p: p.lesson_actions.open_lesson()),
     ActionSpec("export_page", tr("Export lesson as web page…"), (),
                tr("Write one HTML file with text, sliders and the 3D figure, for any browser"),

@@ -32,8 +32,13 @@ from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = {"judge": tr("Judge"), "find": tr("Find")}
-_NOTHING_KEPT = tr("An exercise saves nothing. When it ends, your own clip comes back unchanged.")
-_HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write your verdicts.")
+_NOTHING_KEPT = tr(
+    "An exercise does not save anything. When it ends, your own clip comes back unchanged."
+)
+_HAND_IN = tr(
+    "An exercise does not save anything by itself. Press 'Hand in…' to write your verdicts to "
+    "a file."
+)
 
 
 def make_exercise(

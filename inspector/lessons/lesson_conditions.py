@@ -82,7 +82,10 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
             most=FARTHEST,
         )
         raise ValueError(text)
-    for name, what in (("seen", tr("the same view")), ("lit", tr("only one symbol"))):
+    for name, what in (
+        ("seen", tr("the same view in all conditions of a page")),
+        ("lit", tr("the same symbol in all conditions of a page")),
+    ):
         if len(own := [c for c in conditions if c.name == name]) > 1:
             common = tuple(w for w in own[0].words if all(w in c.words for c in own))
             if not common:

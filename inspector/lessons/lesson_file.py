@@ -138,7 +138,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
         raise _error(
             path,
             opened[1] + 1,
-            tr("only one block of settings on a page, and this is a second one"),
+            tr("only one block of settings per page, but this is the second one"),
         )
     text = lines[start + 1 : stop]
     settings: dict[str, tuple[int, str]] = {}

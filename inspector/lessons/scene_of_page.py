@@ -17,7 +17,9 @@ from twistcore.detection import DEFAULT_METHOD
 from twistcore.skeleton.rotation import Array
 
 _LOOKS = "skin", "side_by_side"
-_NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes back unchanged.")
+_NOTHING_KEPT = tr(
+    "A lesson does not save anything. When it ends, your own clip comes back unchanged."
+)
 
 
 class ViewBefore:

@@ -65,7 +65,10 @@ _TIPS = (
 _LIMB_TIPS = (
     tr("The whole limb. The tick shows or hides its flips."),
     tr("Flips decided / flips found"),
-    tr("Largest jump of the limb about its line from one frame to the next"),
+    tr(
+        "Largest jump of the limb about the line from its first joint to its end, between two "
+        "frames"
+    ),
     tr("Threshold τ of this limb: the smallest jump that is reported"),
     tr(
         "Median distance of the middle joint from the limb's line, as a share of its length:\n"
@@ -169,7 +172,7 @@ class ChainsPanel(QWidget):
         self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._hint = hint(tr("The chains of a clip appear here."))
+        self._hint = hint(tr("Open a clip to see its chains here."))
         self._showing = False  # True while rows are being changed by the program
         self._fixed: dict[str, _Shown] = {}  # values that do not depend on τ, keyed by chain
         self._stack = QStackedWidget()

@@ -63,7 +63,7 @@ _MAY_INSERT = tr(
     "the joint is turned wrongly from here on or up to here."
 )
 _EDITED = tr_as("an interval", "edited")
-_OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
+_OTHER_SIDE = tr("the error may lie in the frames around the interval instead")
 
 
 class DetailCard(QWidget):
@@ -441,7 +441,7 @@ def explanation(
         why = _OTHER_SIDE
         if _one_turns(judged, chain, evidence):
             why = tr("only one of the two joints turns")
-        sentences.append(tr("Left open: {why}.", why=why))
+        sentences.append(tr("Not corrected automatically: {why}.", why=why))
     if not judged.supported:
         sentences.append(tr("No longer found at this τ."))
     return " ".join(filter(None, sentences))
@@ -483,8 +483,8 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     }
     if interval.kind == Kind.CARRIED_ROLL:
         return tr(
-            "{part} rolls {angle}° too far for {frames}, and the {next} rolls along. The limb "
-            "keeps its shape.",
+            "{part} rolls {angle}° too far for {frames}, and the {next} rolls with it. "
+            "The limb keeps its shape.",
             **values,
         )
     if judged.by_hand or judged.edited or _one_turns(judged, chain, evidence):
@@ -518,8 +518,8 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
     jumps = (
-        tr("At the start θp jumps by {p}° and θc by {c}°."),
-        tr("At the end θp jumps by {p}° and θc by {c}°."),
+        tr("At the start, θp jumps by {p}° and θc by {c}°."),
+        tr("At the end, θp jumps by {p}° and θc by {c}°."),
     )
     for words, edge in zip(jumps if begins else jumps[1:], edges, strict=False):
         p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
@@ -529,13 +529,16 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
-            "The limb is straight: at frame {frame} θp turns by {p}° and θc by {c}°.",
+            "The limb is straight: at frame {frame}, θp turns by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
             p=signed(p),
             c=signed(c),
         )
     if abs(interval.residual) > np.radians(0.005):
-        yield tr("{angle}° remain after the end.", angle=signed(np.degrees(interval.residual), 2))
+        yield tr(
+            "An error of {angle}° remains after the end.",
+            angle=signed(np.degrees(interval.residual), 2),
+        )
 
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
@@ -669,8 +672,9 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
     lines = []
     if edges := evidence.get("edges", ()):
         figures = tr(
-            "In other frames the {middle} jumps by {unsteady:.1f}° or less.\n"
-            "Log odds for a flip, from the {middle}'s side in the rest of the clip: {side}.\n"
+            "In other frames, the {middle} jumps by {unsteady:.1f}° or less.\n"
+            "Log odds for a flip, from the {middle}'s side in the rest of the clip: "
+            "{side}.\n"
             "Log odds for a flip, against all other explanations: {odds}.",
             middle=middle_of(limb),
             unsteady=max(e["sigma_deg"] for e in edges),
@@ -680,5 +684,5 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
         lines.append(figures)
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
-        lines.append(tr("{angle}° remain after the end.", angle=left))
+        lines.append(tr("An error of {angle}° remains after the end.", angle=left))
     return "\n".join(lines)

@@ -194,7 +194,7 @@ class IntervalModel(RowModel[ListRow]):
         texts[PLACE["start"]] = str(start + first)
         texts[NAME] = name
         sort[PLACE["start"]] = sort[PLACE["time"]] = start
-        state = tr("unfolded") if group.unfolded else tr("folded")
+        state = tr("expanded") if group.unfolded else tr("collapsed")
         lines = [
             f"{j.interval.start + first}–{j.interval.stop + first}  "
             f"{of_core(document.find_chain(j.interval.chain).list_label)}  "
@@ -273,7 +273,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         parts.append(tr("found by a newer version of the program; not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
-        parts.append(tr("{angle}° remain after the end", angle=left))
+        parts.append(tr("an error of {angle}° remains after the end", angle=left))
     if own != interval.confidence and own is not None and not judged.edited:
         line = tr("confidence learned from your decisions (the detector's is {own:.2f})", own=own)
         parts.append(line)
@@ -291,5 +291,5 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         parts.append(tr("corrected automatically, not yet reviewed"))
     if judged.reviewer or judged.decided_at:
         by, at = judged.reviewer, judged.decided_at
-        parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
+        parts.append(tr("decision: {at} {reviewer}", at=at, reviewer=by).strip())
     return "\n".join(parts)

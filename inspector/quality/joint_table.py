@@ -75,7 +75,7 @@ class JointsModel(RowModel[_Joint]):
             name = tr("{joint}, tracked with QuaMo", joint=name)
         if thing.number == len(self.names):
             where = tr(
-                "the figure's position, which can be tracked like a joint; it has no measures"
+                "the figure's position, which can be tracked like a joint; it has no measurements"
             )
             name = f"{name}: {where}"
         return TableRow(

@@ -71,7 +71,7 @@ class QualityPanel(QWidget):
         self.figure_words = Caption(soft=True)
         self.model = JointsModel(self._document, self.evidence, colours)
         self.table = RowTable(self.model, several=True, room=5)
-        self.table.setAccessibleName(tr("Joints and their measures"))
+        self.table.setAccessibleName(tr("Joints and their measurements"))
         self.table.setSortingEnabled(True)
         self.table.sortByColumn(1, Qt.SortOrder.DescendingOrder)
         self.table.setMinimumHeight(60)
@@ -96,7 +96,7 @@ class QualityPanel(QWidget):
             split.addWidget(part)
             split.setStretchFactor(place, stretch)
         self.tabs = QTabWidget(documentMode=True)
-        self.tabs.setAccessibleName(tr("Pages of quality"))
+        self.tabs.setAccessibleName(tr("Quality pages"))
         self.tabs.addTab(split, tr("Joints"))
         self.tabs.addTab(self.page, tr("Track with QuaMo"))
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
@@ -274,7 +274,7 @@ class QualityPanel(QWidget):
             text = tr(
                 "Figure, corrected {tracked}: jitter {was:.2f} → {now:.2f} mm/frame³ at 25 Hz, "
                 "foot slide {slid:.1f} → {slides:.1f} %, deviation {deviation:.1f} mm",
-                tracked=inked(tr("→ and tracked"), self._colours.theme.tracked),
+                tracked=inked(tr("→ tracked"), self._colours.theme.tracked),
                 was=before.jitter,
                 now=after.jitter,
                 slid=before.foot_slide,
@@ -290,7 +290,7 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"{bold(self.model.place)} &nbsp;{tr('has no measurements')}"
+                tr("{place} has no measurements.", place=bold(self.model.place))
                 if on_place
                 else tr("Select a joint.")
             )

@@ -83,7 +83,7 @@ class TrackPage(QWidget):
             QRadioButton(tr_as("gains", "Learned")),
         )
         self.learned.setToolTip(
-            tr("Gains from the neural networks at 25 Hz, for CMU's or SMPL's 24 joints only")
+            tr("Gains from the neural networks at 25 Hz, only for the 24 joints of CMU or SMPL")
         )
         self.spline = QRadioButton(tr("Spline"))
         self.spline.setToolTip(tr("Smooth the whole clip with a spline, without lag"))
@@ -313,7 +313,7 @@ class TrackPage(QWidget):
         listed = (
             tr("All: {joints}", joints=joints) if every else tr("Selected: {joints}", joints=joints)
         )
-        text = listed if chosen else tr("Select joints in the table of the page Joints")
+        text = listed if chosen else tr("Select joints in the table on the Joints page")
         self.joints.setText(text)
         self.joints.setToolTip(as_tip(text))
         self.all.setEnabled(len(chosen) < len(rows))

@@ -33,7 +33,7 @@ class Recording(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Recording] | None, ...] = (
     ActionSpec("record_dialog", tr("Record…"), ("Ctrl+R",),
-               tr("Make a video or an image of the 3D view and the curves"),
+               tr("Record a video or an image of the 3D view and the curves"),
                needs="clip", do=lambda p: p.record_actions.record_dialog()),
 )
 # fmt: on

@@ -52,9 +52,9 @@ _PRESETS = {
     tr("Page, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
     tr("1280 × 720 pixels"): _Preset(1280, 720, "pixels", 96, 8.0),
     tr("1920 × 1080 pixels"): _Preset(1920, 1080, "pixels", 96, 12.0),
-    tr("Another size"): _Preset(120, 0, "mm", 600, 8.0),
+    tr("Custom size"): _Preset(120, 0, "mm", 600, 8.0),
 }
-_OWN = tr("Another size")
+_OWN = tr("Custom size")
 
 
 class PictureRows(QObject):
@@ -87,7 +87,7 @@ class PictureRows(QObject):
         self.points.setAccessibleName(tr("Font size"))
         self._at = QLabel(tr_as("resolution", "at"))
         self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)
-        self.white = QCheckBox(tr("On white paper, for print"))
+        self.white = QCheckBox(tr("White background"))
         self.white.setChecked(True)
         form.addRow(tr("Size"), self.preset)
         form.addRow("", self._sides)
@@ -131,7 +131,7 @@ class PictureRows(QObject):
         if most not in (self.width.value(), self.height.value()):
             return self._size_in_words()
         limit = tr(
-            "At {dpi}, a side can have at most {most} {unit}",
+            "At {dpi}, each side can be at most {most} {unit}",
             dpi=self.dpi.currentText(),
             most=most,
             unit=self.unit.currentText(),

@@ -59,7 +59,7 @@ class RecordActions:
         """Make a film in the background, or save a picture immediately."""
         if is_there(choice.path) and not choice.replace:
             message = tr(
-                "{path} exists already. Choose another name, or tick 'Replace the existing file'.",
+                "{path} already exists. Choose another name, or tick 'Replace the existing file'.",
                 path=choice.path,
             )
             self.bar.show_message(message, True)

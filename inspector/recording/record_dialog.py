@@ -35,7 +35,7 @@ _SPEEDS = {
 }
 _AROUND_S = 0.5
 _SWEEP = tr("This frame, with a moving slider")
-_NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
+_NEEDS_CHAIN = tr("Whole limbs have no equations. Select a chain.")
 
 
 class RecordDialog(WriteDialog):
@@ -70,7 +70,7 @@ class RecordDialog(WriteDialog):
         self.form.addRow(tr("Format"), self.format)
         self.form.addRow(tr("Write to"), self.where)
         self.form.addRow("", self.replace)
-        self.form.addRow(tr("Video of"), self.range)
+        self.form.addRow(tr("Range"), self.range)
         self.form.addRow(tr("Speed"), self.speed)
         self.sweep = SweepRows(self.form)
         contents = hbox(self.view, self.curves, self.equations, None, spacing=14)
@@ -131,7 +131,7 @@ class RecordDialog(WriteDialog):
             out.append((tr("The selected interval ± 0.5 s"), (max(0, low), min(frames, high))))
         first, stop = max(0, round(seen[0] + 0.5)), min(frames, round(seen[1] + 0.5))
         if stop - first < frames and stop > first:
-            out.append((tr("What the plots show"), (first, stop)))
+            out.append((tr("The visible range"), (first, stop)))
         out.append((tr("The whole clip"), (0, frames)))
         if taught:
             out.append((_SWEEP, None))

@@ -28,7 +28,7 @@ _BUTTONS = {  # short texts for the buttons, keyed by action id
     "keep_mine": tr("Keep mine"),
     "take_theirs": tr("Take theirs"),
     "next_difference": tr("Next"),
-    "take_undecided": tr("Theirs for all I left undecided"),
+    "take_undecided": tr("Take theirs if I am undecided"),
 }
 _MOST = 300  # maximum number of letters of a decision with its note
 _PAUSE_MS = 30  # time without a change of the review; longer than between two steps of a drag
@@ -173,7 +173,10 @@ class ComparisonPanel(QWidget):
             self._settle(mine)
         else:
             self._say(
-                tr("You have not decided on this interval. Accept it, reject it or take theirs.")
+                tr(
+                    "You have not decided on this interval. Accept it, reject it, or take "
+                    "their decision."
+                )
             )
 
     def take_theirs(self) -> None:
@@ -192,7 +195,9 @@ class ComparisonPanel(QWidget):
         """
         second, state = self._second, self._document.review.state
         if not (taken := second.left_to_them(state) if second else ()):
-            self._say(tr("You have left nothing undecided that the other reviewer has decided."))
+            self._say(
+                tr("You have already decided on every interval that the other reviewer decided on.")
+            )
         elif self._document.do(Settle(taken)):
             self._say(plural("1 decision was adopted.", "{n} decisions were adopted.", len(taken)))
 

@@ -112,7 +112,7 @@ def _read(path: Path, clip: Clip) -> Session:
 # fmt: off
 _FILE: tuple[ActionRow[Reviewers] | None, ...] = (
     ActionSpec("compare_reviews", tr("Compare with another review…"), (),
-               tr("List where another reviewer's session of this clip differs"),
+               tr("List the differences from another reviewer's session of this clip"),
                needs="clip", do=lambda p: p.choose()),
 )
 _EDIT: tuple[ActionRow[Reviewers] | None, ...] = (
@@ -123,8 +123,8 @@ _EDIT: tuple[ActionRow[Reviewers] | None, ...] = (
     ActionSpec("take_theirs", tr("Difference: take their decision"), ("Shift+T",),
                tr("Use the decision and the correction of the other review"), verdict=True,
                do=lambda p: p.comparison.take_theirs()),
-    ActionSpec("take_undecided", tr("Take their decisions on all that I left undecided"), (),
-               tr("All at once; they keep the other reviewer's name"),
+    ActionSpec("take_undecided", tr("Take their decisions on my undecided intervals"), (),
+               tr("Adopt all of these decisions at once, under the other reviewer's name"),
                do=lambda p: p.comparison.take_undecided()),
 )
 _GO: tuple[ActionRow[Reviewers] | None, ...] = (

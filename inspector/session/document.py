@@ -41,7 +41,7 @@ from twistcore.review.model import resized, same_offsets
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
-BLIND = tr("In an exercise the detector is off and τ is fixed: you are the detector.")
+BLIND = tr("In an exercise, the detector is off and τ is fixed: you are the detector.")
 
 
 class Document(OpenClip):
@@ -360,13 +360,14 @@ class Document(OpenClip):
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             message = tr(
-                "An interval with frames {first}–{last} exists already and is now selected.",
+                "There is already an interval with frames {first}–{last}. It is now selected.",
                 first=first,
                 last=last,
             )
             if last == first + 1:
                 message = tr(
-                    "An interval at frame {first} exists already and is now selected.", first=first
+                    "There is already an interval at frame {first}. It is now selected.",
+                    first=first,
                 )
             self.select_interval(there.id)
             self.message.emit(message, False)

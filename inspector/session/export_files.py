@@ -100,7 +100,8 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
     check_targets(choice, data.clip, document.exported, own)
     if choice.undecided and not document.accept_undecided():
         message = tr(
-            "{path} was not written, because nothing can be accepted here.", path=choice.path
+            "{path} was not written, because the undecided intervals cannot be accepted now.",
+            path=choice.path,
         )
         raise TwistError(message)
     return Export(
@@ -190,20 +191,20 @@ def check_targets(
         )
         raise TwistError(message)
     if path in own or replay in own:
-        message = tr("{path} is a file of the review itself. Choose another name.", path=path)
+        message = tr("{path} is used by the review itself. Choose another name.", path=path)
         raise TwistError(message)
     check_ending(clip, path)
     known = _written_marks(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
-            message = tr("{path} exists already. Choose another name.", path=file)
+            message = tr("{path} already exists. Choose another name.", path=file)
             raise TwistError(message)
     if choice.session and is_there(replay):
         try:
             read_session(replay)
         except TwistError:
             message = tr(
-                "{path} exists and was not written by this program. Choose another name.",
+                "{path} already exists and was not written by this program. Choose another name.",
                 path=replay,
             )
             raise TwistError(message) from None
@@ -266,7 +267,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     name = export.choice.path.name
     stale = ""
     if export.changed:
-        stale = f" {export.changed} " + tr("The export was made from the version that is open.")
+        stale = f" {export.changed} " + tr("The open version of the clip was exported.")
     change = compare(export.clip.motion, refined)
     if not change.joints:
         why = export.left_out or tr("No correction was accepted.")
@@ -318,11 +319,11 @@ def _moved(change: Difference) -> str:
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
         return tr(
-            "These joints moved (relative to the height): {names}. No other joint moved.",
+            "These joints moved (as a share of the height): {names}. No other joint moved.",
             names=names,
         )
     return tr(
-        "These joints moved (relative to the height): {names}. No other joint moved by "
+        "These joints moved (as a share of the height): {names}. No other joint moved by "
         "more than {rest:.0e}.",
         names=names,
         rest=rest,

@@ -235,8 +235,7 @@ class Keeper(QObject):
         except OSError as error:
             why = of_core(str(error.strerror))
             message = tr("{path} was not saved ({why}).", path=places[0], why=why)
-            stay = tr("Your decisions are kept {place}.", place=self.journal.where())
-            return False, f"{message} {stay}"
+            return False, f"{message} {self.journal.where()}"
         if trouble is not None:
             message += tr(
                 "{path} was not saved ({why}). The session is now {place}.",
@@ -322,7 +321,8 @@ class Keeper(QObject):
             )
         if self.read_only:
             return tr(
-                "Another window is editing the review again: {holder}.", holder=self.lock.holder
+                "The review is being edited in another window again: {holder}.",
+                holder=self.lock.holder,
             )
         self._robbed = self._kept.clip.path
         return ""

@@ -435,7 +435,7 @@ def opening_notes(
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
         message = tr(
-            "{chains}: shown but not corrected, because some joints lack rotation channels.",
+            "Shown but not corrected, because some joints lack rotation channels: {chains}.",
             chains=", ".join(stuck),
         )
         notices.append(message)

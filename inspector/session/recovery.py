@@ -133,7 +133,7 @@ class Recovery(QObject):
             carry = CarryOver(_fitting(data.earlier, data.motion.frames))
             self.question.emit(
                 tr("{clip} has changed since its session was saved.", clip=data.clip.name),
-                ((tr("Carry decisions over"), lambda: self._do(carry)),),
+                ((tr("Carry over decisions"), lambda: self._do(carry)),),
             )
 
     def _offer(self, leftover: Leftover) -> None:
@@ -143,22 +143,22 @@ class Recovery(QObject):
         when = datetime.fromtimestamp(modified_ns(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:
             message = tr(
-                "A review of another version of {clip} ended without saving ({when}). {kept}.",
+                "A review of another version of {clip} was not saved ({when}). {kept}.",
                 clip=self._open().clip.name,
                 when=when,
                 kept=kept,
             )
-            answer = tr("Carry decisions over")
+            answer = tr("Carry over decisions")
         elif self._touched:
             message = tr(
-                "Another review of this clip ended without saving ({when}). {kept}.",
+                "Another review of this clip was not saved ({when}). {kept}.",
                 when=when,
                 kept=kept,
             )
             answer = tr("Add decisions")
         else:
             message = tr(
-                "The last review of this clip ended without saving ({when}). {kept}.",
+                "The last review of this clip was not saved ({when}). {kept}.",
                 when=when,
                 kept=kept,
             )

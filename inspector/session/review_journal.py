@@ -206,11 +206,11 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return where the unsaved steps are stored, as the end of a sentence."""
+        """Return a sentence that says where the unsaved steps are stored."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
-            return tr("in the journal {name}", name=journal.path.name)
-        return tr("only in this window")
+            return tr("Your decisions are kept in the journal {name}.", name=journal.path.name)
+        return tr("Your decisions are kept only in this window.")
 
     # -- the file -----------------------------------------------------------------------------
 

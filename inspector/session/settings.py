@@ -352,7 +352,7 @@ def _trouble(path: Path) -> str:
     except OSError as error:
         return str(error.strerror)
     if not stat.S_ISREG(status.st_mode):  # opening a FIFO would block
-        return tr("it is not an ordinary file")
+        return tr("it is not a regular file")
     if status.st_size > _LARGEST_FILE:
         return tr("it is too large ({size} MB)", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"

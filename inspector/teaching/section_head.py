@@ -37,7 +37,7 @@ class SectionHead(QAbstractButton):
         if text != self.text():
             self.setText(text)
             self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
-            self.setToolTip(as_tip(tr("{what}. Click to fold or unfold.", what=text)))
+            self.setToolTip(as_tip(tr("{what}. Click to expand or collapse.", what=text)))
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:

@@ -59,7 +59,7 @@ SYMBOLS = {
     "dtheta_c": Symbol(
         r"\Delta\theta_c",
         "azimuth",
-        tr("the turn of v⊥ about the bone since the previous frame"),
+        tr("how far v⊥ has turned about the bone since the previous frame"),
         (("delta", "c"),),
     ),
     "product": Symbol(
@@ -92,8 +92,9 @@ SYMBOLS = {
         r"\delta",
         "twist",
         tr(
-            "the part of the offset that Apply removes: the selected interval's offset in its "
-            "unaltered frames, or else offset(t)"
+            "the part of the offset that Apply removes; this offset belongs to the "
+            "selected interval in frames that are not altered, and is offset(t) in all "
+            "others"
         ),
         (("offset", ""),),
     ),

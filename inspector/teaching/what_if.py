@@ -75,8 +75,9 @@ _KNOBS = {
         0,
         100,
         tr(
-            "Remove a part of the offset (Eq. 14-15): the selected interval’s offset in its "
-            "unaltered frames, or else the paper’s running sum offset(t)."
+            "Remove a part of the offset (Eq. 14-15). In frames that are not altered, "
+            "this is the offset of the selected interval; in all other frames, it is the "
+            "paper’s running sum offset(t)."
         ),
         " %",
         1,

@@ -67,7 +67,7 @@ def _stage_sentence(d: Decomposition, stage: float) -> str:
 def _singular(d: Decomposition) -> str:
     """Return a warning about undefined or unreliable angles, or ''."""
     turned, straight = d.swing_reliability < NEAR_SWING, d.azimuth_reliability < NEAR_STRAIGHT
-    lies = tr("is straight") if d.bend < np.pi / 2.0 else tr("is folded flat")
+    shape = tr("straight") if d.bend < np.pi / 2.0 else tr("folded flat")
     if turned and straight:
         return tr(
             "Both angles are singular: θp is {theta}, Δθc is {azimuth}. A nudge of 1° turns n and "
@@ -89,15 +89,15 @@ def _singular(d: Decomposition) -> str:
         )
     if d.azimuth_reliability <= UNDEFINED:
         return tr(
-            "Δθc and m are undefined: the limb {lies}, so v⊥ has no direction. A nudge gives it "
-            "one.",
-            lies=lies,
+            "Δθc and m are undefined: the limb is {shape}, so v⊥ has no direction. A nudge gives "
+            "it one.",
+            shape=shape,
         )
     if straight:
         return tr(
-            "Δθc is nearly singular: the limb almost {lies} ({reliable}). Tipping v sideways by "
-            "1° would turn v⊥ by {angle}.",
-            lies=lies,
+            "Δθc is nearly singular: the limb is nearly {shape} ({reliable}). Tipping v sideways "
+            "by 1° would turn v⊥ by {angle}.",
+            shape=shape,
             reliable=reliable(d.azimuth_reliability),
             angle=_whole(azimuth_per_tip(d.azimuth_reliability)),
         )

@@ -176,8 +176,8 @@ class Timeline(QWidget):
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
         """Return the menu entries for the plot with this key."""
-        alone = tr("All plots") if self.grid.alone else tr("This plot alone")
-        fit = tr("Fit the height"), self.panes[key].time.fit
+        alone = tr("All plots") if self.grid.alone else tr("Only this plot")
+        fit = tr("Fit height"), self.panes[key].time.fit
         return fit, (alone, partial(self.grid.enlarge, key))
 
     def fit(self) -> None:
@@ -191,7 +191,7 @@ class Timeline(QWidget):
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
         hidden = seen < wanted and self.document.data is not None
-        some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
+        some = tr("{seen} of {wanted} plots", seen=seen, wanted=wanted) if hidden else tr("Plots")
         self.plots_button.setText(f"{some} ▾")
         tip = tr("Choose which plots are shown")
         room = tr("Make the panel taller to see the other plots.")

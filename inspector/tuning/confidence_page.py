@@ -45,7 +45,7 @@ class ConfidencePage(QWidget):
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self.plot = ReliabilityPlot(self._colours)
-        self.plot.setAccessibleName(tr("Accepted share against confidence"))
+        self.plot.setAccessibleName(tr("Share of accepted intervals for each confidence"))
         self.plot.setToolTip(
             tr(
                 "Horizontal: the confidence of intervals. Vertical: the share of them that you "
@@ -136,7 +136,8 @@ class ConfidencePage(QWidget):
             self._document.message.emit(tr("The profile was not saved ({why}).", why=why), True)
             return
         message = tr(
-            "The profile ({whose}) was saved as {name}. It is offered when you open such a clip.",
+            "The profile ({whose}) was saved as {name}. It is offered when you open a "
+            "similar clip.",
             whose=whose,
             name=path.name,
         )
@@ -172,13 +173,13 @@ class ConfidencePage(QWidget):
             if borrowed
             else as_tip(
                 tr(
-                    "Remember τ and the learned confidence ({whose}), and offer them for such "
-                    "clips",
+                    "Remember τ and the learned confidence ({whose}), and offer them for "
+                    "similar clips",
                     whose=whose,
                 )
             )
             if found
-            else tr("Accept at least 10 intervals to remember τ")
+            else tr("Available after you accept at least 10 intervals")
         )
         if known and found is not None:
             self._show(whose, found)

@@ -209,8 +209,8 @@ class CurvesPage(QWidget):
             return costs.trouble
         known, total = len(costs.curves), len(costs.names)
         if not total:
-            return tr("No chain of this clip can be corrected.")
-        coming = tr("measuring, {known} of {total} chains …", known=known, total=total)
+            return tr("No chain in this clip can be corrected.")
+        coming = tr("measuring chains: {known} of {total} …", known=known, total=total)
         return coming if known < total else ""
 
     # -- frames of a bar ----------------------------------------------------------------------

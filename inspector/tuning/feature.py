@@ -82,10 +82,10 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                do=lambda p: p.tuning.suggest()),
     None,
     ActionSpec("next_bar", tr("Next bar of the histogram"), (),
-               tr("Go to the next bar on the right and show its first frame"),
+               tr("Go to the next bar of the histogram and show its first frame"),
                needs="clip", do=lambda p: p.tuning.curves.next_bar()),
     ActionSpec("next_in_bar", tr("Next frame of the bar"), (),
-               tr("Go to the next frame with the same strength"),
+               tr("Go to the next frame in the selected bar of the histogram"),
                needs="clip", do=lambda p: p.tuning.curves.next_in_bar()),
     ActionSpec("leave_out_interval", tr("Leave the interval out of tuning"), (),
                tr("Ignore the interval's frames: no error is injected and "

@@ -157,7 +157,7 @@ class KindsPage(QWidget):
         content = QWidget()
         self._pages.addWidget(content)
         self.scopes, self.groups = QComboBox(), QComboBox()
-        self.scopes.setAccessibleName(tr("Verdicts of"))
+        self.scopes.setAccessibleName(tr("Scope"))
         self.groups.setAccessibleName(tr("Rows"))
         self.groups.addItem(tr("By kind"))
         self.groups.addItem(tr("By chain"))

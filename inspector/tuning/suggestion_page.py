@@ -18,7 +18,7 @@ from twistcore.tuning import Span
 
 _LEAVE_OUT = {  # texts of the buttons next to "Leave out"
     "leave_out_interval": tr("The interval"),
-    "leave_out_visible": tr("The view"),
+    "leave_out_visible": tr("Visible"),
     "take_all_in": tr("Nothing"),
 }
 
@@ -38,9 +38,13 @@ class SuggestionPage(QWidget):
     ) -> None:
         super().__init__()
         self._document, self._costs, self._wishes = document, costs, wishes
-        self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" points of FSR"))
+        self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" FSR points"))
         self.points.setToolTip(
-            tr("The cost of one false alarm per clip, or per minute if the clip is longer")
+            tr(
+                "The cost of one false alarm per clip (per minute in longer clips), in "
+                "percentage points of the FSR, the share of injected error frames that are "
+                "repaired"
+            )
         )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
         self.smallest.setToolTip(tr("Smaller injected errors do not count towards the suggestion"))
@@ -97,7 +101,7 @@ class SuggestionPage(QWidget):
         known = len(curves) == len(self._costs.names)
         shared = self._wishes.shared(curves) if known else None
         there, total = len(curves), len(self._costs.names)
-        coming = tr("Measuring, {known} of {total} chains …", known=there, total=total)
+        coming = tr("Measuring chains: {known} of {total} …", known=there, total=total)
         waiting = "" if known else coming
         labels = {c.name: of_core(c.label) for c in data.chains}
         self.shared.set_plain(of_core(shared.words(labels)) if shared else waiting)

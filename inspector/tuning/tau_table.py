@@ -21,7 +21,7 @@ _HEADS = ("τ", "FSR", tr("listed"), tr("alarms"))
 _TIPS = (
     tr("Threshold of the chain"),
     tr("Share of injected error frames that are repaired at this τ, in this clip"),
-    tr("Intervals listed at this τ, and in brackets those corrected automatically"),
+    tr("Number of intervals listed at this τ, with the automatic corrections in brackets"),
     tr("False alarms: intervals listed at this τ that you rejected"),
 )
 _WIDTH = len(_HEADS)
@@ -94,7 +94,7 @@ class ComparisonModel(RowModel[_Line]):
                 f"{name}: {by}"
                 if column.profile.method
                 else tr(
-                    "{name} does not name a detector; the costs are for {by}",
+                    "The profile {name} does not name a detector, so the costs are for {by}.",
                     name=name,
                     by=by,
                 )

@@ -27,7 +27,7 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
         return [], ""
     cost, counts = known
     listed = tr(
-        "τ {tau:.2f}° lists {listed:.0f}, {automatic:.0f} automatic",
+        "τ {tau:.2f}°: {listed:.0f} listed, {automatic:.0f} automatic",
         tau=np.degrees(tau),
         listed=counts.listed,
         automatic=counts.automatic,
@@ -51,7 +51,7 @@ def suggestion_text(
         return f"{tau} ({gain(present, suggested)})"
     low, high = np.degrees(wishes.plateau(curve, present))
     if high - low < _SAME:
-        return tr("{tau:.2f}° costs least: no change", tau=np.degrees(present))
+        return tr("{tau:.2f}° is best: no change", tau=np.degrees(present))
     return tr("{low:.2f}–{high:.2f}° cost the same: no change", low=low, high=high)
 
 
@@ -97,16 +97,16 @@ def presumed_text(costs: Costs, chain: str, tau: float) -> str:
     if sure:
         words.append(
             plural(
-                "{n} certain interval counts as an error: judge it",
-                "{n} certain intervals count as errors: judge them",
+                "{n} certain interval counts as an error until you judge it",
+                "{n} certain intervals count as errors until you judge them",
                 sure,
             )
         )
     if unjudged:
         words.append(
             plural(
-                "{n} unjudged correction counts as a false alarm: judge it",
-                "{n} unjudged corrections count as false alarms: judge them",
+                "{n} unjudged correction counts as a false alarm until you judge it",
+                "{n} unjudged corrections count as false alarms until you judge them",
                 unjudged,
             )
         )

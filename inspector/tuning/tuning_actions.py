@@ -203,7 +203,7 @@ class TuningActions:
             return
         state = self.document.review.state
         clip = self.document.data.clip.name
-        name = tr("of {clip}", clip=clip)
+        name = tr("from {clip}", clip=clip)
         self.queue.use_profile(Profile(dict(state.tau), state.method), name)
         self.bar.show_message(
             tr(

@@ -126,7 +126,7 @@ class TuningPanel(QWidget):
         self.profiles.chosen.connect(self._document.select_chain)
         self.profiles.called.connect(self._look_at_profiles)
         self.tabs = QTabWidget(documentMode=True)
-        self.tabs.setAccessibleName(tr("Pages of tuning"))
+        self.tabs.setAccessibleName(tr("Tuning pages"))
         self.tabs.addTab(self.curves, tr("Curves"))
         self.tabs.addTab(self.profiles, tr("Profiles"))
         self.tabs.addTab(self.suggestion, tr("Suggestion"))

@@ -42,14 +42,14 @@ class ScopeLine:
 class ScopeModel(RowModel[ScopeLine]):
     """The table of verdict groups, with one row for each group."""
 
-    heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
+    heads = (tr("Scope"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
         tr("The group of verdicts. For a chain, verdicts are counted in all clips of this rig."),
-        tr("Accepted intervals: errors"),
-        tr("Rejected intervals: natural motion"),
+        tr("Number of intervals accepted as errors"),
+        tr("Number of intervals rejected as natural motion"),
         tr("The share of intervals found at the current τ that you accepted"),
         tr("The share of accepted intervals that are found at the current τ"),
-        tr("The τ that the verdicts suggest"),
+        tr("The τ suggested by the verdicts"),
     )
     right = (1, 2, 3, 4, 5)
 
@@ -127,8 +127,8 @@ def needed_words(scope: Scope) -> str:
     if errors and scope.chain:
         parts.append(
             plural(
-                "{n} more accepted interval, of any chain of this rig,",
-                "{n} more accepted intervals, of any chain of this rig,",
+                "{n} more accepted interval in any chain of this rig",
+                "{n} more accepted intervals in any chain of this rig",
                 errors,
             )
         )
@@ -323,5 +323,5 @@ class VerdictPage(QWidget):
         skipped = evidence.present.skipped if evidence.present else ()
         if skipped:
             some = "; ".join(skipped[:2]) + " …" * (len(skipped) > 2)
-            text += " " + tr("Left out: {clips}.", clips=some)
+            text += " " + tr("Skipped: {clips}.", clips=some)
         return f"{text} {tr('Counting …')}" if evidence.running else text

@@ -100,7 +100,7 @@ def legend_text(
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
     if tracked and show != Show.BOTH:
-        after += f"&nbsp;{inked(_unbroken(tr('→ and tracked')), theme.tracked)}"
+        after += f"&nbsp;{inked(_unbroken(tr('→ tracked')), theme.tracked)}"
     if show == "split":
         text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
     else:

@@ -92,7 +92,9 @@ class ChainActions:
         """
         if rig == self._rig:
             return
-        message = tr("From now on, clips with this skeleton and no session open with these names.")
+        message = tr(
+            "From now on, clips with this skeleton that have no session open with these names."
+        )
         data = self.document.data
         if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
             self.document.change_chains(rig, tr("Joint names"), message)
@@ -156,7 +158,7 @@ class ChainActions:
         if rig:
             which = tr("these chains ({changed})", changed=_changes_text(rig))
         message = tr(
-            "From now on, clips with this skeleton and no session open with {chains}.",
+            "From now on, clips with this skeleton that have no session open with {chains}.",
             chains=which,
         )
         self.bar.show_message(message, False)

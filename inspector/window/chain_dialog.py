@@ -147,7 +147,7 @@ class ChainDialog(QDialog):
         except TwistError as error:
             self._rig = None
             self.status.setText(
-                tr("These joints do not make a chain: {why}.", why=of_core(str(error)))
+                tr("These joints do not form a chain: {why}.", why=of_core(str(error)))
             )
         else:
             joints = " → ".join(own.joints)

@@ -64,7 +64,8 @@ class ExportDialog(WriteDialog):
         self.undecided = QCheckBox(_undecided_text(undecided, every, total))
         self.undecided.setToolTip(
             tr(
-                "Closed intervals with a confidence of {confidence:.2f} or more",
+                "Correct the intervals with a confidence of {confidence:.2f} or more, "
+                "except open intervals, whose joint or side is uncertain",
                 confidence=SURE_ENOUGH,
             )
         )
@@ -147,7 +148,7 @@ class ExportDialog(WriteDialog):
             tr("written by this program"),
         )
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
-        self.replaces.setText("\n".join(lines) or tr("none, because all files are new"))
+        self.replaces.setText("\n".join(lines) or tr("nothing, because all files are new"))
         self.replace.setVisible(bool(foreign))
         self._check_obstacles()
         then, self._then = self._then, lambda: None

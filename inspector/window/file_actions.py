@@ -197,7 +197,7 @@ class FileActions(Saving):
     def _report_so_far(self, path: Path) -> None:
         done, total = self.queue.progress
         text = tr(
-            "{name} is the worst so far: {done} of {total} clips are analysed.",
+            "{name} is the worst clip so far; {done} of {total} clips are analysed.",
             name=path.name,
             done=done,
             total=total,
@@ -253,7 +253,7 @@ class FileActions(Saving):
     def previous_clip(self) -> None:
         """Open the clip that was open before the current one."""
         if len(self._visited) < 2:
-            self.bar.show_message(tr("No clip was open before."), False)
+            self.bar.show_message(tr("No other clip has been opened yet."), False)
             return
         self._back_to = self._visited[-2]
         self.open_path(self._back_to)

@@ -31,7 +31,7 @@ _MOUSE = (
     (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
     (tr("Plots: Esc during a drag"), tr("cancel the drag")),
     (tr("Plots: right button"), tr("open the menu")),
-    (tr("Intervals: click ▸ or ▾"), tr("unfold or fold a group of errors")),
+    (tr("Intervals: click ▸ or ▾"), tr("expand or collapse a group of errors")),
     (tr("Overview: click"), tr("select the interval there, or set the playhead")),
     (
         tr("Overview: drag the window or its edges · drag outside it"),

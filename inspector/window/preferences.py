@@ -56,7 +56,7 @@ class Preferences(QDialog):
         )
         self.boxes = {tick.name: _box(tick, settings) for tick in (_AUTOSAVE, *ticks)}
         self.language = QComboBox()
-        self.language.addItem(tr_as("language", "As the system"), "system")
+        self.language.addItem(tr_as("language", "System"), "system")
         for code, name in languages().items():
             self.language.addItem(name, code)
         self.language.setCurrentIndex(max(self.language.findData(settings.language), 0))

@@ -291,7 +291,7 @@ class ReviewActions:
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
             reasons = tuple(dict.fromkeys((*REASONS, *own)))
-            palette = ReasonPalette(reasons, tr("Reject. Why?"), self.window)
+            palette = ReasonPalette(reasons, tr("Why reject it?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)
             palette.show()
@@ -378,7 +378,8 @@ class ReviewActions:
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
             text = tr(
-                "Select a flip of a limb or a stretch: only these have a part to keep or turn."
+                "Select a limb flip or a stretch. Only these have a part that can be kept "
+                "or turned."
             )
             self.bar.show_message(text, False)
         else:
@@ -410,7 +411,7 @@ class ReviewActions:
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message(tr("Nothing is suspicious down to half of τ."), False)
+            self.bar.show_message(tr("No suspicious moments were found down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -421,7 +422,9 @@ class ReviewActions:
         faint = weak_candidates(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
+            text = tr("No suspicious moments were found down to half of τ.") + _count_explained(
+                past
+            )
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]

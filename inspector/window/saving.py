@@ -67,7 +67,7 @@ class Saving:
             asks = self.bar.asks
             changed = self.document.recovery.check_clip()
             if changed and (asks or not self.bar.asks):  # if neither, the question is already shown
-                own = tr("The session belongs to the version that is open.")
+                own = tr("The session belongs to the version of the clip that is open.")
                 trouble += f" {changed} {own}"
             self.tell_saved()
             if self.document.data is not None:

@@ -49,7 +49,7 @@ class SceneFiles(QObject):
         except TwistError as error:
             self._failed(path, error)
             return True
-        text = tr("Blender converts {scene} to {clip}.", scene=path.name, clip=clip.name)
+        text = tr("Blender is converting {scene} to {clip}.", scene=path.name, clip=clip.name)
         self._show_message(text, False)
         self._task.run(
             partial(_convert, path, clip, blender),
@@ -60,7 +60,7 @@ class SceneFiles(QObject):
 
     def _converted(self, clip: Path, notes: tuple[str, ...]) -> None:
         self._open_clip(clip)
-        text = tr("Corrections are written to a BVH, not to the scene.")
+        text = tr("Corrections are written to a BVH file, not to the scene.")
         self._show_message(" ".join((text, *map(of_core, notes))), False)
 
     def _failed(self, path: Path, error: Exception) -> None:

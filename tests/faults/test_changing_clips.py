@@ -128,7 +128,7 @@ def test_a_clip_that_vanishes_is_listed_and_tried_again(tmp_path):
     sources = find_inputs([str(folder)]).sources
     summary = run_batch(out, sources, Parameters(refine=True), carry_out)
     assert (summary.done, len(summary.failed)) == (3, 1)
-    assert "no such file" in summary.failed[0]
+    assert "does not exist" in summary.failed[0]
     (tmp_path / "away.bvh").rename(made[2])
     assert run(folder, out).done == 1
 

@@ -97,7 +97,7 @@ def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     for action in ("save_session", "save_session_as", "save_profile"):
         window.bar.clear()
         act(window, action)
-        assert f"{whose} saves nothing" in said_by(window)
+        assert f"{whose} does not save anything" in said_by(window)
     assert not window.files.save_quietly()
     act(window, "export_at_once")
     (dialog,) = window.findChildren(ExportDialog)

@@ -159,14 +159,14 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     document = Document()
     informative = InformativeIntervals(queue, document)
     panel = ClipsPanel(queue, document, Colours(LIGHT), informative)
-    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 cut short; "
+    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
     told += "1 not checked; 1 failed"
     assert panel.status.text() == told
     queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first
     queue.changed.emit()
     assert panel.status.text() == told.replace("1 of 3", "0 of 3")
     for clip, state, told in (
-        (cut, "cut short", "286 frames are missing"),
+        (cut, "truncated", "286 frames are missing"),
         (partly, "partly checked", "2 arms and legs were not examined"),
     ):
         (thing,) = [one for one in panel._model.things if one.path == clip]

@@ -106,7 +106,7 @@ def test_frames_left_out_of_another_version_stay_in_their_journal(qtbot, show_wi
     data = journal.read_bytes()
     window = show_window()
     open_clip(qtbot, window, clip)
-    press_answer(qtbot, window, "Carry decisions over")
+    press_answer(qtbot, window, "Carry over decisions")
     assert window.document.review.state.left_out == ()
     assert window.bar.label.text()
     assert data in [p.read_bytes() for p in clip.parent.iterdir()]

@@ -128,7 +128,7 @@ BAD = {
         "one of counter-twist, carried-roll, limb-flip, helper-roll",
     ),
     "limb-flip\n```": ("limb-flip", 32, "a line '```' at the end of the settings block"),
-    "camera: limb": ("```\n```lesson", 34, "only one block of settings on a page"),
+    "camera: limb": ("```\n```lesson", 34, "only one block of settings per page"),
 }
 
 

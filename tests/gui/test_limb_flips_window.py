@@ -133,7 +133,7 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
     assert np.allclose(wrap(np.radians(values(opened, "theta", "p_after")) - swivel.angle), 0.0)
     assert not values(opened, "offset", "offset").any()
     title = opened.timeline.panes["height"].front.title
-    assert "Knee off the line " in [text for text, _ in title]
+    assert "Knee distance " in [text for text, _ in title]
     document.select_chain(CHAIN)
     opened.timeline.refresh()
     assert opened.timeline.grid.shown == ["theta", "delta", "strength", "offset"]
@@ -223,7 +223,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     act(opened, "insert_interval")
     assert document.interval.interval.kind == Kind.COUNTER_TWIST
     act(opened, "turn_end")
-    assert "only these have a part to keep or turn" in opened.bar.label.text()
+    assert "Only these have a part that can be kept or turned" in opened.bar.label.text()
     assert opened.detail.end.isHidden()
 
 
@@ -239,7 +239,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "An interval with frames 45–52 exists already and is now selected."
+        == "There is already an interval with frames 45–52. It is now selected."
     )
     assert document.review.state is state
     assert document.interval_id == there.id
@@ -247,7 +247,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "An interval with frames 46–53 exists already and is now selected."
+        == "There is already an interval with frames 46–53. It is now selected."
     )
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
@@ -266,7 +266,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert (
-        "joints moved (relative to the height): RightLeg by up to 20.5 % and RightToeBase by up to"
+        "joints moved (as a share of the height): RightLeg by up to 20.5 % and RightToeBase by"
         in told
     )
     assert "No other joint moved. Every other byte" in told

@@ -31,7 +31,7 @@ def test_the_card_says_why_an_interval_is_open():
     found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
     judged = Review.of(found).state.intervals[0]
     chain = found.analysis.chain(judged.interval.chain)
-    assert "Left open:" not in explanation(judged, chain, 0)
+    assert "Not corrected automatically:" not in explanation(judged, chain, 0)
     interval = replace(judged.interval, open=True)
     told = explanation(replace(judged, interval=interval), chain, 0)
     one_joint = told
@@ -60,11 +60,11 @@ def test_doubts_stand_for_the_other_side_of_the_clip():
     for kind, owner in ((Kind.LIMB_FLIP, limb), (Kind.HELPER_ROLL, helper_of(chain))):
         plain = replace(twist.interval, kind=kind, open=True, explain=dict)
         told = explanation(replace(twist, interval=plain), owner, 0)
-        assert "Left open" in told
+        assert "Not corrected automatically" in told
         doubted = replace(plain, explain=lambda: {"doubts": [doubt]})
         told = explanation(replace(twist, interval=doubted), owner, 0)
         assert f"Reasons for doubt: {doubt}" in told
-        assert "Left open" not in told
+        assert "Not corrected automatically" not in told
 
 
 def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
@@ -74,7 +74,7 @@ def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
     left_open = found.analysis.left_open(twist.interval)
     told = explanation(replace(twist, interval=left_open), chain, 0)
     assert f"Reasons for doubt: {RESTLESS_DOUBT}" in told
-    assert "Left open:" not in told
+    assert "Not corrected automatically:" not in told
 
 
 def helper_of(chain):

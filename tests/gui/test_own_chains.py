@@ -255,7 +255,7 @@ def test_a_clip_that_changed_on_disk_keeps_the_chains_of_its_session(qtbot, revi
     open_clip(qtbot, window, clip)
     assert window.document.data.earlier
     assert "Spine" in names(window)
-    (carry,) = [b for b in window.bar.buttons() if b.text() == "Carry decisions over"]
+    (carry,) = [b for b in window.bar.buttons() if b.text() == "Carry over decisions"]
     carry.click()
     (own,) = window.document.review.state.of_chain("Spine")
     assert own.decision == Decision.ACCEPTED

@@ -64,7 +64,7 @@ def test_a_doubt_is_said_once_and_no_other_side_is_blamed():
     )
     assert told.count(worse.doubt) == 1
     assert "so what" in told
-    assert "Left open:" not in told
+    assert "Not corrected automatically:" not in told
 
 
 def test_a_correction_by_hand_that_makes_something_worse_is_told_and_stays_possible(qtbot, window):

@@ -112,7 +112,7 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
     window.record_actions.record(RecordChoice(there, size=SIZE))
-    assert "exists already" in window.bar.label.text()
+    assert "already exists" in window.bar.label.text()
     assert there.read_bytes() == b"mine"
 
 
@@ -276,7 +276,7 @@ def test_a_picture_has_any_size_in_any_unit(qtbot, window):
     picture.preset.setCurrentIndex(picture.preset.findText("1920 × 1080 pixels"))
     assert (picture.size, picture.paper) == ((1920, 1080), Paper(96.0, 12.0, white=False))
     assert not picture.dpi.isVisible()
-    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.preset.setCurrentIndex(picture.preset.findText("Custom size"))
     picture.width.setValue(100)
     picture.height.setValue(50)
     picture.dpi.setCurrentIndex(picture.dpi.findData(300))
@@ -295,14 +295,14 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     qtbot.addWidget(dialog)
     dialog.format.setCurrentIndex(2)
     picture = dialog.picture
-    picture.preset.setCurrentIndex(picture.preset.findText("Another size"))
+    picture.preset.setCurrentIndex(picture.preset.findText("Custom size"))
     picture.unit.setCurrentText("pixels")
     picture.width.setValue(20_000)
     picture.height.setValue(20_000)
     assert picture.size == (12_000, 12_000)
     picture.unit.setCurrentText("mm")
     assert picture.size == (12_000, 12_000)
-    assert "At 600 dpi, a side can have at most 508 mm" in dialog.length.text()
+    assert "At 600 dpi, each side can be at most 508 mm" in dialog.length.text()
     picture.dpi.setCurrentIndex(picture.dpi.findData(dpi))
     picture.width.setValue(12_000)
     assert picture.width.value() == most

@@ -213,7 +213,7 @@ def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
     path.write_bytes(path.read_bytes().replace(b"\r\n", b"\n"))
     open_clip(qtbot, window, path)
     assert decisions(window)[0] == Decision.UNDECIDED
-    carry = next(b for b in window.bar.buttons() if b.text() == "Carry decisions over")
+    carry = next(b for b in window.bar.buttons() if b.text() == "Carry over decisions")
     qtbot.mouseClick(carry, Qt.MouseButton.LeftButton)
     assert decisions(window)[0] == Decision.ACCEPTED
 

@@ -155,10 +155,10 @@ def test_decisions_on_a_clip_that_was_replaced_are_offered_after_a_crash(clip, s
     for _ in range(2):
         program = start_here(clip)
         assert "another version of walk.bvh" in program.answer["says"]
-        assert program.answer["offers"] == ["Carry decisions over", "Discard"]
+        assert program.answer["offers"] == ["Carry over decisions", "Discard"]
         program.kill()
     program = start_here(clip)
-    program.tell("press Carry decisions over")
+    program.tell("press Carry over decisions")
     assert program.accepted == 3
     program.kill()
     program = start_here(clip)
@@ -181,9 +181,9 @@ def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
     program.tell("press Keep the open version", "front")
     assert program.answer["says"] == ""
     program.tell("save")
-    assert "belongs to the version that is open" in program.answer["says"]
+    assert "belongs to the version of the clip that is open" in program.answer["says"]
     program.tell("front", "export", "state")
-    assert "from the version that is open" in program.answer["says"]
+    assert "open version of the clip was exported" in program.answer["says"]
 
 
 def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start_here):
@@ -194,7 +194,7 @@ def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start
     old = session.read_bytes()
     clip.write_bytes(clip.read_bytes().replace(b"\r\n", b"\n"))
     program = start_here(clip)
-    assert program.answer["offers"] == ["Carry decisions over"]
+    assert program.answer["offers"] == ["Carry over decisions"]
     program.tell("accept", "save")
     assert session.with_name("walk.twist.json.earlier").read_bytes() == old
     assert "another review" in program.answer["says"]

@@ -117,7 +117,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
-    said = "old.toml does not name a detector; the costs are for our detector"
+    said = "The profile old.toml does not name a detector, so the costs are for our detector."
     assert said in tuning.profiles.note.text()
     assert not tuning.costs.running  # nothing more to measure
     fsr = tuning.costs.curves["LeftForeArm"].at(np.radians(5.0))[0]
@@ -190,29 +190,29 @@ def test_the_band_is_drawn_and_said(qtbot, window, tuning):
 
 def test_a_drag_says_what_it_changes_and_what_is_only_presumed(qtbot, window, tuning):
     document, page = window.document, tuning.curves
-    assert page.presumed.text() == "3 certain intervals count as errors: judge them"
+    assert page.presumed.text() == "3 certain intervals count as errors until you judge them"
     weakest = min(
         document.review.state.of_chain("LeftForeArm"), key=lambda j: abs(j.interval.delta)
     )
     document.decide(Decision.REJECTED, (weakest.id,))
     document.select_chain("LeftForeArm")
     wait_measured(qtbot, window)
-    assert page.presumed.text() == "2 certain intervals count as errors: judge them"
+    assert page.presumed.text() == "2 certain intervals count as errors until you judge them"
     tau, state = document.review.state.tau["LeftForeArm"], page.state
-    assert state.text().startswith("τ 1.50° lists 3, 3 automatic · FSR ")
+    assert state.text().startswith("τ 1.50°: 3 listed, 3 automatic · FSR ")
     assert state.text().endswith(" · 1 false alarm")
     before = tuning.costs.curves["LeftForeArm"].at(tau)[0]
     tuning._ask(60.0, True)  # as a plot asks during a drag
-    qtbot.waitUntil(lambda: state.text().count("lists 2") == 1)
+    qtbot.waitUntil(lambda: state.text().count(": 2 listed") == 1)
     now = tuning.costs.curves["LeftForeArm"].at(document.review.state.tau["LeftForeArm"])[0]
     points = f"{100 * (now - before):.1f}".replace("-", "−")
-    assert state.text().startswith(f"{points} points, −1 false alarm · τ 60.00° lists 2, 2 auto")
+    assert state.text().startswith(f"{points} points, −1 false alarm · τ 60.00°: 2 listed, 2 auto")
     suggested = page.cost.mark.getData()[0][0]
     tuning._ask(90.0, True)
     qtbot.waitUntil(lambda: "τ 90.00°" in state.text())
     assert page.cost.mark.getData()[0][0] == suggested  # it does not follow the drag
     tuning._drop()
-    qtbot.waitUntil(lambda: state.text().startswith("τ 90.00° lists"))
+    qtbot.waitUntil(lambda: state.text().startswith("τ 90.00°:"))
     act(window, "undo")
 
 

@@ -115,7 +115,8 @@ def test_the_differences_are_listed_and_a_click_goes_to_one(qtbot, compared):
     assert compared.docks["comparison"].isVisible()
     assert keys(compared) == left(compared) == [9, 2, 3, 4, 5]
     assert panel.summary.text() == (
-        "Decided by both: 5, alike: 3 (60 %), Cohen's kappa: 0.29. Differences: 5, not settled: 5."
+        "Decided by both reviewers: 5, with the same decision: 3 (60 %), Cohen's kappa: 0.29. "
+        "Differences: 5, not settled: 5."
     )
     model = panel.model
     assert model.heads[1:] == ("Mine\nAda", "Theirs\nBen")
@@ -171,7 +172,7 @@ def test_all_that_i_left_undecided_is_one_step_and_keeps_their_name(qtbot, compa
     assert document.found(3).decision == A  # opposite: left to a person
     qtbot.waitUntil(lambda: left(compared) == [2, 3, 5])
     qtbot.mouseClick(button(compared, "take_undecided"), Qt.MouseButton.LeftButton)
-    assert "left nothing undecided" in compared.bar.label.text()
+    assert "already decided on every interval" in compared.bar.label.text()
     press(qtbot, compared, Qt.Key.Key_Z, CTRL)
     assert document.review.state is before
 

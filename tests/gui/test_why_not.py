@@ -109,8 +109,9 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     assert {r.why for r in past} == {Why.ONE_JOINT}
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
-        f"Nothing is suspicious down to half of τ. {len(past)} peaks above τ are explained: "
-        f"at {len(past)}, only one joint turns. For details choose Go → Why is nothing found here?"
+        "No suspicious moments were found down to half of τ. "
+        f"{len(past)} peaks above τ are explained: at {len(past)}, only one joint turns. "
+        "For details choose Go → Why is nothing found here?"
     )
 
 

@@ -137,7 +137,7 @@ def test_percent_and_kappa_of_what_both_have_decided():
 @pytest.mark.parametrize(
     ("mine", "theirs", "percent", "why"),
     [
-        (START, BEN, None, "no interval was decided by both"),
+        (START, BEN, None, "no interval was decided by both reviewers"),
         (reviewed("a", (1, 2)), reviewed("b", (1, 2, 3)), 100.0, "both reviewers accepted every"),
         (reviewed("a", (), (1,)), reviewed("b", (), (1,)), 100.0, "both reviewers rejected every"),
     ],
@@ -265,7 +265,10 @@ def test_the_command_compares_and_merges(sessions, capsys):
     out = sessions[0].with_name("both.twist.json")
     assert main(["diff", *map(str, sessions), "--merge", str(out)]) == 0
     said = capsys.readouterr()
-    assert "decided by both: 5, alike: 3 (60 %), Cohen's kappa: 0.29" in said.out
+    assert (
+        "decided by both reviewers: 5, with the same decision: 3 (60 %), Cohen's kappa: 0.29"
+        in said.out
+    )
     assert said.out.count("opposite decisions") == 2
     assert "5 of 8 intervals decided by Ada" in said.out
     assert "agreed decisions: 2; 5 intervals left undecided" in said.out

@@ -98,7 +98,7 @@ def _parents():
     [
         (_with(names=("Pelvis", *SKELETON.names[1:])), "skeletons"),
         (_with(parents=_parents()), "skeletons"),
-        (WALK.sliced(0, 100), "344 and 100 frames"),
+        (WALK.sliced(0, 100), "different numbers of frames: 344 and 100"),
         (replace(WALK, positioned=(*WALK.positioned, 1)), "position channels"),
     ],
 )

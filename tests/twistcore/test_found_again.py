@@ -166,7 +166,7 @@ def test_an_earlier_review_is_matched_by_the_frames_in_common():
     assert [j.id for j in again.intervals] == [j.id for j in own.intervals]
     assert again.find(3).reviewer == "Cy"
     texts = (CarryOver(earlier).text, CarryOver(earlier, same_clip=True).text)
-    assert texts == ("Carry decisions over", "Add decisions")
+    assert texts == ("Carry over decisions", "Add decisions")
 
 
 def test_of_two_earlier_intervals_with_as_many_frames_in_common_the_first_counts():

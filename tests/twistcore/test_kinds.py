@@ -245,7 +245,7 @@ def test_a_package_brings_a_kind_and_what_finds_it(tmp_path):
 def test_a_kind_that_cannot_be_loaded_is_left_out_with_a_warning(tmp_path, target):
     out, err = with_site(site_with_kind(tmp_path, target), LISTED)
     assert out == "['helper roll', 'lone jump', 'stretch'] False\n"
-    assert "the kind 'foot-slide'" in err
+    assert "the error kind 'foot-slide'" in err
     assert "is ignored" in err
 
 
@@ -267,7 +267,7 @@ assert len([i for i in found if i.kind == "counter-twist"]) == 8
 print(why.partition("'foot slide'")[0])
 """
     out, _ = with_site(site_with_kind(tmp_path, finder=finder), code)
-    assert out == "the finder of the kind \n"
+    assert out == "the search for the error kind \n"
 
 
 def test_every_kind_that_is_only_shown_names_what_finds_it():

@@ -137,7 +137,7 @@ def test_folders_that_are_refused(tmp_path):
     clips(folder, DIRTY, 1)
     run(folder, tmp_path / "a")
     for other, why in (
-        (tmp_path / "a", "expected another folder than the output folder"),
+        (tmp_path / "a", "expected a folder other than the output folder"),
         (tmp_path / "in", "expected a folder written by twistcore batch"),
     ):
         with pytest.raises(TwistError, match=why):

@@ -246,7 +246,7 @@ def test_numbers_that_are_none_are_named_by_frame(clip, template, tmp_path):
         ({"global_orient": np.array(1.0)}, r"\(\)"),
         ({"transl": np.array(["a"])}, "'transl'"),
         ({"body_pose": np.array([None, 1], dtype=object)}, "'body_pose'"),
-        ({"transl": np.zeros((2, 12, 3))}, "2 persons"),
+        ({"transl": np.zeros((2, 12, 3))}, "2 people"),
         ({"offsets": np.full((24, 3), np.nan)}, "offsets"),
     ],
 )

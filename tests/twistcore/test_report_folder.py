@@ -69,7 +69,7 @@ def test_clips_that_are_gone_or_changed_have_what_the_run_noted(tmp_path, kick):
     changed = replace(kick, name="changed.bvh", source=str(tmp_path / "changed.bvh"))
     far = replace(kick, name="far.bvh", source="s3://bucket/far.bvh")
     done = written(tmp_path, [gone, changed, far])
-    told = {"gone": "no such file", "changed": "changed after", "far": "on this computer"}
+    told = {"gone": "does not exist", "changed": "changed after", "far": "on this computer"}
     assert len(done.problems) == 3
     for name, why in told.items():
         assert sum(why in problem for problem in done.problems) == 1
@@ -108,7 +108,7 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path, kick, page):
     assert written(tmp_path, [kick]).pages == 1  # its own are
     (tmp_path / "report" / page).write_text("my own notes")
     before = {p: p.read_bytes() for p in (tmp_path / "report").rglob("*.html")}
-    with pytest.raises(TwistError, match="another file"):
+    with pytest.raises(TwistError, match="is not a report of this program"):
         written(tmp_path, [kick])
     assert {p: p.read_bytes() for p in (tmp_path / "report").rglob("*.html")} == before
 

@@ -53,7 +53,10 @@ def test_a_name_is_put_to_what_nobody_has_signed():
     done.do(Decide((1,), Decision.ACCEPTED, "", "1"))
     done.do(Decide((2,), Decision.ACCEPTED, "Bo", "2"))
     command = Sign((1, 2, 3), "Ada")
-    assert (command.text, Sign((1,), "Ada").text) == ("Sign 3 decisions", "Sign decision")
+    assert (command.text, Sign((1,), "Ada").text) == (
+        "Add name to 3 decisions",
+        "Add name to decision",
+    )
     signed = command.apply(done.state)
     assert [signed.find(k).reviewer for k in (1, 2, 3)] == ["Ada", "Bo", ""]
     put = command.signing(done.state)

@@ -121,7 +121,7 @@ def test_results_follow_what_arrives_changes_and_goes(watched, tmp_path):
     assert rows == [["clip_00.bvh"], *[["clip_00.bvh", "clip_01.bvh"]] * 2, ["clip_00.bvh"]]
     assert watched.counts == ["clip_00.bvh", "clip_01.bvh", "clip_00.bvh"]
     assert set(states(watched.out)) == {"clip_00.bvh", "clip_01.bvh"}  # nothing is lost
-    gone = [line for line in err if "gone" in line]
+    gone = [line for line in err if "removed" in line]
     assert len(gone) == 1
     assert names_in_one_line(gone[0], "1 clip", "clip_01.bvh")
     broken = [line for line in err if "'count>0'" in line]

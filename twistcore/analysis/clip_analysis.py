@@ -970,7 +970,7 @@ class Detection:
                 )
             else:
                 yield (
-                    f"Because of {count} lone jumps, every detection is uncertain, so "
+                    f"The clip has {count} lone jumps, so every detection is uncertain and "
                     "nothing is corrected automatically."
                 )
 
@@ -1249,7 +1249,9 @@ def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
     wanted = []
     for word in (kinds,) if isinstance(kinds, str) else kinds:
         if not (word and (kind := Kind(word)).known):
-            raise TwistError(f"no kind {word!r}; expected one of {', '.join(Kind)}")
+            raise TwistError(
+                f"there is no kind of error {word!r}; expected one of {', '.join(Kind)}"
+            )
         wanted.append(kind)
     return frozenset(wanted)
 
@@ -1262,7 +1264,7 @@ def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
     known = _people_of(motion)
     if unknown := [name for name in people if name not in known]:
         there = f"expected one of {', '.join(known)}" if known else "the clip has only one person"
-        raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
+        raise TwistError(f"{where}: there is no person {unknown[0]!r}; {there}")
 
 
 def _name_of(method: str | Detector) -> str:

@@ -104,7 +104,11 @@ def run_task(task: ClipTask) -> Outcome:
         with limited_memory(task.size, task.memory):
             found |= _carried_out(task)
     except FileNotFoundError:
-        found |= {"reason": f"{task.source}: there is no such file", "again": True, "unseen": True}
+        found |= {
+            "reason": f"{task.source}: the file does not exist",
+            "again": True,
+            "unseen": True,
+        }
     except OSError as error:
         found |= {"reason": f"{task.source}: cannot be read ({error.strerror})", "again": True}
     except MemoryError:

@@ -101,10 +101,14 @@ def find_inputs(
     exports: set[str] = set()
     for word in _expanded(words):
         if without is not None and "://" not in word and _is_in(word, without):
-            raise TwistError(f"{word}: expected clips outside {without}, the folder to write into")
+            raise TwistError(
+                f"{word}: expected clips outside {without}, the folder for the results"
+            )
         group = list(_of_word(word, without, files))
         if not group and word not in files:
-            problems.append(f"{word}: expected a clip, or a folder or pattern with clips")
+            problems.append(
+                f"{word}: expected a clip, a folder with clips, or a pattern that matches clips"
+            )
         left_out = set() if "://" in word else _exports_among(group)
         exports |= left_out
         for source in group:

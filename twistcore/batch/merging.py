@@ -71,7 +71,7 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
     """
     for folder in folders:
         if same_file(folder, output):
-            raise TwistError(f"{folder}: expected another folder than the output folder")
+            raise TwistError(f"{folder}: expected a folder other than the output folder")
     with ExitStack() as stack:
         others = [stack.enter_context(Manifest.open(folder)) for folder in folders]
         stack.enter_context(locked(output))

@@ -37,7 +37,7 @@ def read_remote(url: str) -> bytes:
     try:
         data: bytes = files.cat_file(path)
     except FileNotFoundError:
-        raise TwistError(f"{url}: there is no such file") from None
+        raise TwistError(f"{url}: the file does not exist") from None
     except Exception as error:
         raise _refused(url, error) from None
     return data

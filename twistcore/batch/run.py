@@ -262,7 +262,8 @@ class _Run:
             self.in_vain += 1
             row = _failed(
                 row,
-                f"{source.name}: the clip is done, but its result cannot be recorded: {error}",
+                f"{source.name}: the clip was processed, but its result cannot be "
+                f"recorded: {error}",
             )
             # The manifest already has a row for the clip, so this may work even on a full disk.
             with suppress(TwistError), self.manifest.transaction():
@@ -304,8 +305,8 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         if not lock(handle):
             raise TwistError(
-                f"{folder}: another run of twistcore batch is writing into it; wait until that run "
-                "has ended"
+                f"{folder}: another run of twistcore batch is writing to this folder; wait "
+                "until it has ended"
             )
         yield
     finally:

@@ -47,7 +47,10 @@ def clean_command(arguments: argparse.Namespace) -> int:
     """Rewrite the clip, read the new file, print the differences, and return the exit code."""
     output, name = arguments.output, clip_name(arguments.clip)
     if not any(getattr(arguments, option) for option in OPTIONS):
-        raise TwistError(f"expected an option: {', '.join(f'--{word}' for word in OPTIONS)}")
+        raise TwistError(
+            "expected at least one option that changes the clip: "
+            f"{', '.join(f'--{word}' for word in OPTIONS)}"
+        )
     if arguments.keep_moving and not arguments.channels:
         raise TwistError("--keep-moving works only with --channels 3")
     if clip_suffix(output) not in ("", ".bvh"):
@@ -143,7 +146,7 @@ def _axes(
         if up_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
         else:
-            said.append(f"{up} points up already")
+            said.append(f"{up} already points up")
     if arguments.scale:
         yield "scale", arguments.scale * np.eye(3)
 

@@ -29,8 +29,8 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--blender",
         metavar="PATH",
-        help="Blender, or a Python with the module bpy (default: the first one found of the "
-        "variable TWIST_BLENDER, `blender` on the path and bpy in this Python)",
+        help="Blender, or a Python with the module bpy (default: the first of these that "
+        "exists: the variable TWIST_BLENDER, `blender` on the path, bpy in this Python)",
     )
     for name, what in (("--take", "take"), ("--armature", "armature")):
         parser.add_argument(
@@ -102,11 +102,15 @@ def _write_glb(arguments: argparse.Namespace) -> int:
     source, output = arguments.scene, arguments.output
     if not is_clip(source):
         names = ", ".join(CLIP_SUFFIXES)
-        raise TwistError(f"{source}: expected a clip, a file that ends in {names}, for a .glb")
+        raise TwistError(
+            f"{source}: to write a .glb, expected a clip, which is a file that ends in {names}"
+        )
     for name in ("blender", "take", "armature", "time_limit"):
         if getattr(arguments, name) is not None:
             option = name.replace("_", "-")
-            raise TwistError(f"--{option} is for scenes, and {source} is a clip")
+            raise TwistError(
+                f"--{option} is only for scenes, but {source} is a clip; leave --{option} out"
+            )
     refuse_overwrite([output], [source])
     motion = read_clip(source, fps=arguments.fps).motion
     unit = arguments.unit or 1.0

@@ -52,7 +52,7 @@ def _kind(name: JointName) -> str:
         return "helper"
     if name.trunk:
         return "trunk"
-    return f"{name.side} {name.roles[0]}, in no limb".strip() if name.roles else _UNKNOWN
+    return f"{name.side} {name.roles[0]}, not in a limb".strip() if name.roles else _UNKNOWN
 
 
 def _why(name: JointName, taken: str, *, shape: bool) -> str:

@@ -292,7 +292,7 @@ def _inject(inject: Parser) -> None:
 
 def _evaluate(evaluate: Parser) -> None:
     for name, help_text in (
-        ("--truth", "errors that were injected, as `twistcore inject --truth` wrote them"),
+        ("--truth", "files with the injected errors, as written by `twistcore inject --truth`"),
         ("--clean", "clips before the injection"),
         ("--refined", "clips after the refinement"),
     ):
@@ -324,7 +324,8 @@ def _tune(tune: Parser) -> None:
         "--seeds",
         type=limit,
         metavar="N",
-        help="how often errors are drawn for each clip; not with --verdicts (default: 3)",
+        help="number of random draws of errors for each clip; cannot be combined with "
+        "--verdicts (default: 3)",
     )
     tune.add_argument(
         "--verdicts",
@@ -391,7 +392,7 @@ def _benchmark(benchmark: Parser) -> None:
         type=count,
         default=3,
         metavar="N",
-        help="how often errors are drawn for each clip and protocol (default: %(default)s)",
+        help="number of random draws of errors for each clip and protocol (default: %(default)s)",
     )
     benchmark.add_argument(
         "--seed", type=seed, default=1, metavar="N", help="the first seed (default: %(default)s)"
@@ -452,8 +453,8 @@ def _export(parser: Parser) -> None:
     parser.add_argument(
         "--namespace",
         metavar="NAME",
-        help="namespace of the joints in the scene; '' removes the clip's (default: as in the "
-        "clip)",
+        help="namespace of the joints in the scene; '' removes the namespace of the clip "
+        "(default: as in the clip)",
     )
     parser.add_argument(
         "--take",

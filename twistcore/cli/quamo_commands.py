@@ -190,7 +190,7 @@ def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
         for name in _options_of_tracker(arguments):
             raise TwistError(f"--{name} is only for the tracker; leave it out with --method spline")
         if arguments.where == "noisy" and arguments.root_position:
-            raise TwistError("--root-position cannot be used with --where noisy")
+            raise TwistError("--root-position cannot be combined with --where noisy")
         return
     for name, given in (
         ("cutoff", arguments.cutoff is not None),
@@ -198,7 +198,8 @@ def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
     ):
         if given:
             raise TwistError(
-                f"--{name} requires --method spline and excludes the options of the tracker"
+                f"--{name} requires --method spline and cannot be combined with options of "
+                "the tracker"
             )
     if arguments.weights is not None and arguments.gains != "learned":
         raise TwistError("--weights requires --gains learned")

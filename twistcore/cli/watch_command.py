@@ -102,7 +102,7 @@ class _Watch:
                 return self.code
             if last:
                 for source in look.growing:
-                    problem(f"{source.name}: still growing, left for the next run")
+                    problem(f"{source.name}: still being written, so it was left for the next run")
                 return max(self.code, int(bool(look.growing)))
         return self.code
 
@@ -124,7 +124,9 @@ class _Watch:
         try:
             with speaking(voice):
                 if look.gone:
-                    gone = f"{count_of(len(look.gone), 'clip')} gone, such as {look.gone[0].name}"
+                    gone = (
+                        f"{count_of(len(look.gone), 'clip')} removed, such as {look.gone[0].name}"
+                    )
                     note(f"{gone}; the results are kept")
                 found = replace(inputs, sources=look.still, problems=())
                 code, ended = self.process(found, all_pages=not self.rounds)

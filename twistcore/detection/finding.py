@@ -96,7 +96,7 @@ def finder_of(kind: Kind) -> Finder:
     Raises TwistError if the function cannot be loaded.
     """
     module, _, name = kind.info.find.partition(":")
-    with as_twist_error(f"the finder of the kind {kind.value!r} cannot be loaded"):
+    with as_twist_error(f"the search for the error kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
     return finder
 
@@ -107,13 +107,13 @@ def intervals_of_kind(kind: Kind, search: KindSearch) -> dict[str, tuple[Interva
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
-    with as_twist_error(f"the finder of the kind {kind.value!r} failed"):
+    with as_twist_error(f"the search for the error kind {kind.value!r} failed"):
         found = finder(search)
         for name, own in found.items():
             for one in own:
                 if (one.chain, one.kind) != (name, kind):
                     raise TwistError(
-                        f"expected the finder to return only its own kind in {name}, found {one!r}"
+                        f"expected only intervals of its own kind in {name}, found {one!r}"
                     )
                 if not 0 <= one.start < one.stop <= frames:
                     raise TwistError(

@@ -269,7 +269,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
     found: dict[str, KindInfo] = {}
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        where = f"the kind {point.name!r} from {point.value} is ignored"
+        where = f"the error kind {point.name!r} from {point.value} is ignored"
         try:
             info = point.load()
         except Exception as error:  # an error in another package
@@ -279,7 +279,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
         if not isinstance(info, KindInfo):
             warnings.warn(f"{where}: expected a KindInfo, found {info!r:.80}", stacklevel=2)
         elif _word(info.name) in taken or name in found:
-            warnings.warn(f"{where}: there is already a kind {info.name!r}", stacklevel=2)
+            warnings.warn(f"{where}: there is already an error kind {info.name!r}", stacklevel=2)
         else:
             found[name] = info
             taken.add(_word(info.name))

@@ -61,7 +61,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
     module, _, name = interval.kind.info.quantity.partition(":")
     if not module:
         return None
-    with as_twist_error(f"the curve of the kind {interval.kind.value!r} failed"):
+    with as_twist_error(f"the curve for the error kind {interval.kind.value!r} cannot be computed"):
         curve_of: CurveOf = getattr(import_module(module), name)
         found = curve_of(search, interval)
         expected = (search.motion.frames,)

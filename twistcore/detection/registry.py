@@ -75,7 +75,7 @@ class Detectors(Mapping[str, Detector]):
             return self[name]
         except KeyError:
             known = ", ".join(self)
-            raise TwistError(f"no detector {name!r}; expected one of {known}") from None
+            raise TwistError(f"there is no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, or replace an earlier detector with the same name.
@@ -244,18 +244,16 @@ def _of_package(point: EntryPoint) -> Detector:
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
-        raise TwistError(
-            f"{where} has the name {made.info.name!r} in its info: expected the same name"
-        )
+        raise TwistError(f"{where}: expected the same name in its info, found {made.info.name!r}")
     return GuardedDetector(made)
 
 
 def _of_file(place: str, path: str, name: str) -> Detector:
     if not (path.endswith(".py") and name.isidentifier()):
-        raise TwistError(f"{place}: expected FILE.py:Class")
+        raise TwistError(f"{place}: expected a detector as FILE.py:Class")
     if not Path(path).is_file():
         raise TwistError(
-            f"{path}: expected a Python file with a detector, but there is no such file"
+            f"{path}: expected a Python file with a detector, but the file does not exist"
         )
     with as_twist_error(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)

@@ -99,7 +99,9 @@ def compare(a: Motion, b: Motion) -> Difference:
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
     if a.frames != b.frames:
-        raise ClipMismatchError(f"the clips have {a.frames} and {b.frames} frames")
+        raise ClipMismatchError(
+            f"the clips have different numbers of frames: {a.frames} and {b.frames}"
+        )
     if a.positioned != b.positioned:
         raise ClipMismatchError("the two clips have different position channels")
     angle = geodesic_angle(a.rotations, b.rotations)

@@ -174,7 +174,7 @@ class _Clips:
                 f"{session}: the clip of this session is missing; {' and '.join(named)} is "
                 "another version (its SHA-256 differs)"
             )
-        raise TwistError(f"{session}: no clip is called {clip!r} or is identical to it")
+        raise TwistError(f"{session}: no clip has the name {clip!r} or the same content")
 
     @cached_property
     def _by_bytes(self) -> dict[str, list[str]]:

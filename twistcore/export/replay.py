@@ -111,8 +111,13 @@ def unknown_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     if not unknown:
         return ()
     kinds, count = ", ".join(sorted(set(unknown))), len(unknown)
-    some = "1 accepted interval is" if count == 1 else f"{count} accepted intervals are"
-    return (f"{clip.path}: {some} of kinds that this version cannot correct: {kinds}",)
+    if count == 1:
+        return (
+            f"{clip.path}: this version cannot correct an accepted interval of the kind {kinds}",
+        )
+    return (
+        f"{clip.path}: this version cannot correct {count} accepted intervals of the kinds {kinds}",
+    )
 
 
 def uncorrected_chain_sentences(
@@ -155,7 +160,9 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
     try:
         chains = session.state.rig.chains(clip.motion)
     except TwistError as error:
-        raise ClipMismatchError(f"{clip.path}: the session has different chains: {error}") from None
+        raise ClipMismatchError(
+            f"{clip.path}: the session and the clip have different chains: {error}"
+        ) from None
     check_belongs(session, clip, chains)
     return chains
 
@@ -164,7 +171,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
     """Raise ClipMismatchError unless a session was made for a clip with exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
-            f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
+            f"{clip.path}: the session was made for another version of this clip (SHA-256 differs)"
         )
 
 
@@ -181,8 +188,8 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
-                f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
-                "but the clip has none of this name"
+                f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, but "
+                "the clip has none with this name"
             )
         if interval.correctable and not interval.repairable:
             _check_joint(clip, interval)
@@ -201,6 +208,6 @@ def _check_joint(clip: Clip, interval: Interval) -> None:
     """Raise ClipMismatchError unless the clip has the joint of an accepted interval."""
     if interval.joint not in clip.motion.skeleton.names:
         raise ClipMismatchError(
-            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, but the "
-            "clip has none of this name"
+            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, but "
+            "the clip has no joint with this name"
         )

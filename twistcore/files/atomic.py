@@ -313,8 +313,8 @@ def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
     for name in companions.keys() - missing.keys():
         if read_file(folder / name) != companions[name]:
             raise TwistError(
-                f"{folder / name}: expected this file next to the clip, because the clip is a "
-                "different motion without it"
+                f"{folder / name}: expected this file next to the clip, because the clip "
+                "cannot be read correctly without it"
             )
     for name, data in missing.items():
         write_atomically(folder / name, data)

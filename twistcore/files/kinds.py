@@ -40,8 +40,8 @@ SESSION = FileKind(
 JSON = FileKind("a JSON document")
 PICKLE = FileKind(
     "a Python pickle",
-    "an AIST++ pickle needs a name that ends in .pkl; save the arrays of any other pickle as "
-    ".npz with numpy.savez, because pickles are never run here",
+    "an AIST++ pickle needs a name that ends in .pkl; save the arrays of any other pickle "
+    "as .npz with numpy.savez, because the program never runs pickles",
 )
 
 _ASF = FileKind("an ASF skeleton without motion", "open its .amc")

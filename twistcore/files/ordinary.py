@@ -65,8 +65,8 @@ def check_no_links(folder: Path, path: Path) -> None:
         way /= step
         if way.is_symlink():
             raise TwistError(
-                f"{way} is a symbolic link, through which the program does not write; remove the "
-                "link, or choose another folder"
+                f"{way} is a symbolic link, and the program does not write through "
+                "symbolic links; remove the link, or choose another folder"
             )
 
 

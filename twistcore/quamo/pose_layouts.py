@@ -142,7 +142,7 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     for name in used & names.keys():
         if _shape(names[name])[:1] != place.shape[:1]:
             raise PosesError(
-                f"{path}: expected {len(place)} persons in {name}, found {described(names[name])}"
+                f"{path}: expected {len(place)} people in {name}, found {described(names[name])}"
             )
     own = {n: names[n] for n in used & names.keys()}
     shared = {n: names[n] for n in (*RATES, *_FRAMES, _OFFSETS, _UP) if n in names}
@@ -151,7 +151,7 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
 
 def _check_persons(path: Path, count: int) -> None:
     if count > _PERSONS:
-        raise PosesError(f"{path}: expected at most {_PERSONS} persons, found {count}")
+        raise PosesError(f"{path}: expected at most {_PERSONS} people, found {count}")
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:

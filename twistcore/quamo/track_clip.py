@@ -121,7 +121,8 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
     """
     if (placed := placed_joint(motion)) is None:
         raise TwistError(
-            "expected position channels (usually of the root) to track the figure's position"
+            "expected position channels (usually of the root), which are needed to track "
+            "the figure's position"
         )
     if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
         names = motion.skeleton.names

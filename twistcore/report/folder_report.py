@@ -232,6 +232,6 @@ def _check_ours(path: Path) -> None:
         raise TwistError(f"{path}: the report cannot be written ({error.strerror})") from None
     if GENERATOR.encode() not in head:
         raise TwistError(
-            f"{path} already exists and is another file; move the file, or choose another "
-            "folder for the report"
+            f"{path} already exists and is not a report of this program; move the file, or "
+            "choose another folder for the report"
         )

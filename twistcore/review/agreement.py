@@ -137,7 +137,7 @@ class Agreement:
         if self.kappa is not None:
             return ""
         if not self.decisions:
-            return "no interval was decided by both"
+            return "no interval was decided by both reviewers"
         return f"both reviewers {self.decisions[0][0]} every interval"
 
     @property
@@ -146,7 +146,10 @@ class Agreement:
         if self.percent is None:
             return self.why_no_kappa
         score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
-        count = f"decided by both: {len(self.decisions)}, alike: {self.alike}"
+        count = (
+            f"decided by both reviewers: {len(self.decisions)}, with the same decision: "
+            f"{self.alike}"
+        )
         return f"{count} ({self.percent:.0f} %), Cohen's kappa: {score}"
 
 

@@ -113,7 +113,11 @@ class Sign(Command):
     @property
     def text(self) -> str:
         """The command's name in the undo menu."""
-        return "Sign decision" if len(self.ids) == 1 else f"Sign {len(self.ids)} decisions"
+        return (
+            "Add name to decision"
+            if len(self.ids) == 1
+            else f"Add name to {len(self.ids)} decisions"
+        )
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state with the reviewer's name added to its unsigned decisions."""
@@ -380,7 +384,7 @@ class CarryOver(Command):
     @property
     def text(self) -> str:
         """The command's name in the undo menu."""
-        return "Add decisions" if self.same_clip else "Carry decisions over"
+        return "Add decisions" if self.same_clip else "Carry over decisions"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state with the earlier decisions (see ``with_earlier_decisions``)."""

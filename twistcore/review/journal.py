@@ -302,7 +302,7 @@ def _check(
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
-        raise FormatError("expected only chains of the review")
+        raise FormatError("expected only chains that the review contains")
     if frames is not None and any(interval.stop > frames for interval in intervals):
         raise FormatError("expected intervals within the clip")
 

@@ -227,7 +227,7 @@ def read_session(path: str | Path) -> Session:
     Raises
     ------
     TwistError
-        If there is no such file.
+        If the file does not exist.
     FormatError
         If the file is damaged or not a session. A FormatError is a TwistError.
 
@@ -238,9 +238,9 @@ def read_session(path: str | Path) -> Session:
     Examples
     --------
     >>> import twistcore as tc
-    >>> tc.read_session("none.twist.json")
+    >>> tc.read_session("no.twist.json")
     Traceback (most recent call last):
-    twistcore.errors.TwistError: none.twist.json: expected a session file, but there is no such file
+    twistcore.errors.TwistError: no.twist.json: expected a session file, but the file does not exist
     """
     return read_session_file(Path(path))[0]
 
@@ -248,7 +248,7 @@ def read_session(path: str | Path) -> Session:
 def read_session_file(path: Path) -> tuple[Session, str]:
     """Return the session in a file, and the SHA-256 of the file's bytes. Raises TwistError."""
     if not is_there(path):
-        raise TwistError(f"{path}: expected a session file, but there is no such file")
+        raise TwistError(f"{path}: expected a session file, but the file does not exist")
     data = bytes_of(path)
     with errors_naming(path):
         if instead := found_instead(data, SESSION, JSON):
@@ -352,17 +352,17 @@ def tracking_from_json(entry: Any) -> Tracking:
     cutoff = above_zero(entry["cutoff"], "cutoff")
     bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
     if not {name for name, _, _ in bursts} <= set(joints):
-        raise FormatError("expected bursts of the tracked joints")
+        raise FormatError("expected noise bursts only in joints that are tracked")
     return replace(found, spline=True, cutoff=cutoff, bursts=bursts)
 
 
 def _burst_from_json(entry: Any) -> tuple[str, int, int]:
     """Convert JSON data to a noise burst: joint, start and stop. Raises FormatError."""
     if not (isinstance(entry, list) and len(entry) == 3):
-        raise FormatError("expected a joint and two frames for a burst")
+        raise FormatError("expected a joint, a start and a stop for each burst")
     start, stop = (whole(frame, "bursts") for frame in entry[1:])
     if start >= stop:
-        raise FormatError(f"expected frames in order for a burst, found {start} and {stop}")
+        raise FormatError(f"expected a burst that starts before it stops, found {start} and {stop}")
     return text(entry[0], "bursts"), start, stop
 
 

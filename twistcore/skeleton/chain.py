@@ -294,9 +294,9 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     near = get_close_matches(_folded(name), known, cutoff=_NEAR)
     if near:
         listed = " or ".join(dict.fromkeys(known[word] for word in near))
-        raise TwistError(f"{where}: no chain {name!r}; did you mean {listed}?")
+        raise TwistError(f"{where}: there is no chain {name!r}; did you mean {listed}?")
     listed = ", ".join(sorted(c.name for c in chains)) or "–"
-    raise TwistError(f"{where}: no chain {name!r}; expected one of {listed}")
+    raise TwistError(f"{where}: there is no chain {name!r}; expected one of {listed}")
 
 
 def _without_spaces(name: str) -> str:

@@ -240,7 +240,7 @@ def check_motion(thing: object) -> None:
     """Raise TypeError if `thing` is not a motion. For a clip, the message suggests `.motion`."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
-        its = "; use its .motion" if inside else ""
+        its = "; pass its .motion instead" if inside else ""
         raise TypeError(f"expected a Motion, found {thing!r:.80}{its}")
 
 

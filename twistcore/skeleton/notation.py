@@ -310,7 +310,8 @@ def notation_notes(motion: Motion) -> tuple[Note, ...]:
     if held is not None:
         said.append(
             f"Frames are repeated: the motion has {held.motion.fps:.4g} frames per second, "
-            f"but the file has {motion.fps:.4g}. Errors are searched for at the lower rate."
+            f"but the file has {motion.fps:.4g}. The program searches for errors at the "
+            "lower rate."
         )
     elif keys := linear_keys(motion):
         rate = motion.fps / keys.spacing

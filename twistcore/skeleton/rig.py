@@ -215,7 +215,7 @@ class Rig:
             (len(self.remove), "removed"),
             (len(self.names), "named"),
         )
-        return ", ".join(f"{n} {word}" for n, word in counts if n) or "as found"
+        return ", ".join(f"{n} {word}" for n, word in counts if n) or "unchanged"
 
 
 AS_FOUND = Rig()
@@ -306,7 +306,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {shown_value(name)} in this skeleton") from None
+        raise TwistError(f"there is no joint {shown_value(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:

@@ -32,8 +32,8 @@ def band_words(cost: Cost) -> str:
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high
     return (
-        f"The FSR is between {low:.0f} and {high:.0f} % (95 % confidence, from the drawn "
-        "errors). More draws narrow this range."
+        f"The share of repaired error frames (FSR) is between {low:.0f} and {high:.0f} % "
+        "(95 % confidence, from the drawn errors). More draws narrow this range."
     )
 
 

@@ -196,7 +196,9 @@ def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
     """
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
-        raise FormatError(f"expected the same {key} in all tables, but {others} tables differ")
+        raise FormatError(
+            f"expected the same {key} in all tables, but {others} tables have different values"
+        )
     return values[0] if values else default
 
 

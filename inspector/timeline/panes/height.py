@@ -24,15 +24,15 @@ def _describe(curves: Curves, frame: int) -> Title:
     assert isinstance(curves, LimbCurves)
     joint = capitalised(of_core(curves.limb.middle_word))
     return [
-        (f"{tr('{joint} off the line', joint=joint)} ", "soft"),
-        (f"{curves.height[frame]:5.1f} %", "text"),
-        (f" {tr('of the limb')}", "soft"),
+        (f"{tr('{joint} distance', joint=joint)} ", "soft"),
+        (f"{curves.height[frame]:5.1f}", "text"),
+        (tr(" % of the limb"), "soft"),
     ]
 
 
 plot = Plot(
     key="height",
-    title=tr("Distance of a limb's middle joint from its line"),
+    title=tr("Middle joint's distance from the limb's line"),
     place=30,
     weight=3,
     priority=50,

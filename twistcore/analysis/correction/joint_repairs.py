@@ -64,7 +64,7 @@ def repair_of(kind: Kind) -> JointRepair | None:
         repair: JointRepair = getattr(import_module(module), name)
     except (ImportError, AttributeError) as error:
         raise TwistError(
-            f"the correction of the kind {kind.value!r} cannot be loaded: {error}"
+            f"the correction for the error kind {kind.value!r} cannot be loaded: {error}"
         ) from error
     return repair
 
@@ -144,7 +144,7 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
         return skeleton.index(interval.joint)
     except KeyError:
         raise TwistError(
-            f"expected an interval of one of the clip's joints, found {interval.joint!r}"
+            f"expected an interval with a joint of the clip, found {interval.joint!r}"
         ) from None
 
 

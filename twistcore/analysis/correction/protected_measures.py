@@ -30,7 +30,7 @@ from twistcore.work.frozen import dataclass
 
 HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
 NAMES = HINGE, TURNS, ROLL, PATH, ENDS
-UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
+UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° per frame", PATH: "%", ENDS: "%"}
 EXACT = 3.0  # degrees; a joint has an exact hinge if 95 % of a clip is this close to it
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
 SHARE = {ROLL: 0.5}  # share of the value before the correction; used as tolerance if it is larger

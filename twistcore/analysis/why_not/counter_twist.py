@@ -330,9 +330,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         because = f"{partner}, is part of a better explanation: {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)
     alone = (
-        f"on its own it is too uncertain (evidence {edge.gain:.0f}; {OPEN_GAIN:.0f} is needed)"
+        f"on its own, it is too uncertain (evidence {edge.gain:.0f}; {OPEN_GAIN:.0f} is needed)"
         if edge.gain < OPEN_GAIN
-        else "on its own it explains these frames less well than another detection"
+        else "on its own, it explains these frames less well than another detection"
     )
     back = wrap(e.jump + edge.jump)
     apart = (e.stop <= edge.start) | (e.start >= edge.stop)

@@ -65,9 +65,9 @@ def _below(
     if soft:
         whole = max(soft, key=lambda j: abs(j.turn))
         because = (
-            f"over {place.span(whole.start, whole.stop)} the limb turns "
-            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby reverses this "
-            "turn convincingly"
+            f"over {place.span(whole.start, whole.stop)}, the limb turns "
+            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby "
+            "reverses this turn convincingly"
         )
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (

@@ -129,7 +129,7 @@ def tau_degrees(text: str) -> float | None:
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(
-            f"expected auto or degrees above 0 and up to 180, found {text!r}"
+            f"expected 'auto' or an angle in degrees above 0 and up to 180, found {text!r}"
         )
     return value
 
@@ -138,7 +138,9 @@ def degrees(text: str) -> float:
     """Convert a string to an angle in degrees, above 0 and at most 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
-        raise argparse.ArgumentTypeError(f"expected degrees above 0 and up to 180, found {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"expected an angle in degrees above 0 and up to 180, found {text!r}"
+        )
     return value
 
 
@@ -181,7 +183,7 @@ def rate(text: str) -> float:
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
-            f"expected {_LEAST_RATE:g} to {_MOST_RATE:g} frames a second, found {text!r}"
+            f"expected {_LEAST_RATE:g} to {_MOST_RATE:g} frames per second, found {text!r}"
         )
     return value
 

@@ -39,13 +39,13 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "--output",
         default="",
         metavar="OUTDIR",
-        help="folder of the results, or its URL (default: none is kept; this requires --fail-if "
-        "or a file of results, and neither --refine nor --report)",
+        help="folder for the results, or its URL (default: no folder, which is possible only "
+        "with --fail-if or a file of results, and without --refine and --report)",
     )
     parser.add_argument(
         "--resume",
         action="store_true",
-        help="continue an interrupted run; the command does so without this option, too",
+        help="continue an interrupted run; this is also the default",
     )
     _add_processing(parser)
     parser.set_defaults(run=deferred("batch_command", "batch_command"))
@@ -68,19 +68,20 @@ def add_watch(parser: argparse.ArgumentParser) -> None:
         type=positive,
         default=5.0,
         metavar="SECONDS",
-        help="look into the folder this often; a clip is read once two looks in a row find it "
-        "unchanged (default: 5)",
+        help="time between two checks of the folder; a clip is read when two checks in a row "
+        "find it unchanged (default: 5)",
     )
     parser.add_argument(
         "--once",
         action="store_true",
-        help="process the clips that are there, and end; clips that are still growing are listed",
+        help="process the clips that are in the folder now, and exit; clips that are still "
+        "being written are listed",
     )
     parser.add_argument(
         "--idle",
         type=not_negative,
         metavar="SECONDS",
-        help="end when no clip has arrived, changed or gone for this long (default: never)",
+        help="exit when no clip has been added, changed or removed for this long (default: never)",
     )
     _add_processing(parser)
     parser.set_defaults(run=deferred("watch_command", "watch_command"))
@@ -93,7 +94,7 @@ def add_merge(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=folder,
         metavar="FOLDER",
-        help="OUTDIR of a batch, which is not changed",
+        help="OUTDIR of a batch; it is not changed",
     )
     parser.add_argument(
         "-o",
@@ -101,7 +102,7 @@ def add_merge(parser: argparse.ArgumentParser) -> None:
         required=True,
         type=folder,
         metavar="OUTDIR",
-        help="folder for all results, new or of a batch",
+        help="folder for the merged results: a new one, or the OUTDIR of a batch",
     )
     parser.set_defaults(run=deferred("merge_command", "merge_command"))
 
@@ -154,7 +155,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
         ("parquet", "a Parquet table"),
         ("csv", "a CSV table"),
         ("junit", "JUnit XML for CI"),
-        ("annotations", "lines that GitHub shows at the files, '-' for standard output"),
+        ("annotations", "annotations that GitHub shows next to the files; '-' is standard output"),
     ):
         parser.add_argument(
             f"--{name}",

@@ -19,15 +19,15 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unroll",
         action="store_true",
-        help="replace angles that jump although the rotation does not, by equivalent ones",
+        help="where angles jump although the rotation does not, replace them by equivalent angles",
     )
     parser.add_argument(
         "--order",
         type=_order,
         action="append",
         metavar="ORDER",
-        help="rotation order of all joints, such as ZXY, or of one joint, such as Hips=YXZ; may be "
-        "repeated (default: as it is)",
+        help="rotation order of all joints, such as ZXY, or of one joint, such as Hips=YXZ; "
+        "repeatable (default: unchanged)",
     )
     parser.add_argument(
         "--channels",
@@ -38,7 +38,8 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keep-moving",
         action="store_true",
-        help="with --channels: keep the channels of joints that move, instead of refusing",
+        help="with --channels: keep the position channels of joints that move, instead of "
+        "stopping with an error",
     )
     parser.add_argument(
         "--scale",
@@ -50,21 +51,21 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
         "--up",
         type=str.upper,
         choices=("Y", "Z"),
-        help="the axis that points up: turns offsets, positions and axes, not the figure "
-        "(default: as it is)",
+        help="upward axis of the written clip; offsets, positions and axes are converted, and "
+        "the figure does not turn (default: unchanged)",
     )
     parser.add_argument(
         "--rename",
         metavar="MAP",
-        help="new joint names: a JSON object or a CSV with old and new names, or one of the "
-        f"namings {' and '.join(NAMINGS)} (default: as they are)",
+        help="new joint names: a JSON object or a CSV file with old and new names, or one of "
+        f"the naming schemes {' and '.join(NAMINGS)} (default: unchanged)",
     )
     parser.add_argument(
         "--fps",
         type=rate,
         metavar="HZ",
-        help="resample to this frame rate; in other commands, --fps corrects the rate of the file "
-        "(default: as it is)",
+        help="resample to this frame rate; in other commands, --fps corrects the rate of the "
+        "file (default: unchanged)",
     )
     add_json(parser)
     parser.set_defaults(run=deferred("clean_command", "clean_command"))

@@ -87,9 +87,10 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "detect": CommandHelp(
         "list the intervals with errors",
-        "Each line is one interval: chain, start, stop, offset δ and confidence. Frames count from "
-        "0, and stop is the first frame after the interval: 20 – 27 are the frames 20 to 26. Text, "
-        "JSON and CSV have the same numbers. 'open' means that one side or one joint is uncertain.",
+        "Each line is one interval: chain, start, stop, offset δ and confidence. Frames "
+        "are counted from 0, and stop is the first frame after the interval: 20 – 27 "
+        "means the frames 20 to 26. Text, JSON and CSV contain the same numbers. 'open' "
+        "means that one side or one joint is uncertain.",
         (
             "twistcore detect walk.bvh --explain",
             "twistcore detect walk.bvh run.bvh --kinds limb-flip --fail-over 0",
@@ -108,7 +109,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "diff": CommandHelp(
-        "show what differs between two clips, two folders, two reviews or two reports",
+        "show the differences between two clips, two folders, two reviews or two reports",
         "For each joint: the frames in which its rotation differs, and by how much. A stop is the "
         "first frame after the difference. For two sessions of the same clip: how far the "
         "reviewers agree, and each interval on which they do not. For two reports of a clip: the "
@@ -191,17 +192,18 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "listed); 2 wrong usage, or no clip could be read; 130 stopped by Ctrl+C.",
     ),
     "watch": CommandHelp(
-        "process the clips of a folder as they arrive, until it is stopped",
-        "Each clip that is new or has changed is processed as by `twistcore batch`, once it no "
-        "longer grows, and all results are brought up to date. Stop it with Ctrl+C; the same "
-        "command continues.",
+        "process the clips of a folder as they arrive, until the command is stopped",
+        "Each new or changed clip is processed as by `twistcore batch` when it is "
+        "completely written, and all results are updated. Stop the command with Ctrl+C; "
+        "the same command continues.",
         (
             "twistcore watch deliveries -o out --report",
             "twistcore watch deliveries -o out --fail-if 'severity>5' --csv out.csv --idle 3600",
             "twistcore watch deliveries -o out --once",
         ),
-        "Exit code: 0 or 1 as of `twistcore batch` for the latest results, also after Ctrl+C; "
-        "1 if a clip was still growing; 2 wrong usage; 130 stopped while it processed clips.",
+        "Exit code: 0 or 1 as for `twistcore batch`, from the latest results, also after "
+        "Ctrl+C; 1 if a clip was still being written; 2 wrong usage; 130 stopped while it "
+        "processed clips.",
     ),
     "merge": CommandHelp(
         "merge the folders of several batches, such as shards, into one",
@@ -243,17 +245,18 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "clean": CommandHelp(
         "rewrite a clip in other angles, axes, units, channels, names or rates",
-        "Each option changes only what it names; every other byte stays. The changed joints and "
-        "frames are listed. The written file is read again and compared with the source. Clips of "
-        "other formats are written as BVH.",
+        "Each option changes only what it names; every other byte stays the same. The "
+        "changed joints and frames are listed. The written file is read again and "
+        "compared with the source. Clips in other formats are written as BVH.",
         (
             "twistcore clean walk.bvh -o walk.clean.bvh --unroll",
             "twistcore clean walk.bvh -o out.bvh --order ZXY --channels 3 --scale 0.01",
             "twistcore clean walk.bvh -o out.bvh --fps 60 --rename smpl --json",
         ),
-        "A review belongs to the original: its session knows the clip by its hash and its chains "
-        "by joint names. Export the corrections first, and clean the corrected clip. Exit code: 1 "
-        "if the written poses differ from the source by more than 1e-4° or 1e-4 of the height.",
+        "A review belongs to the original clip, because its session stores the hash of "
+        "the clip and the joint names of its chains. Export the corrections first, and "
+        "clean the corrected clip. Exit code: 1 if the written poses differ from the "
+        "source by more than 1e-4° or 1e-4 of the height.",
     ),
     "completion": CommandHelp(
         "print a script that lets a shell complete commands, options and files",
@@ -287,7 +290,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ("twistcore quamo noise walk.bvh -o noisy.bvh --level B --seed 1",),
     ),
     "quamo evaluate": CommandHelp(
-        "compare learned and hand gains with baselines on held-out subjects",
+        "compare learned gains and gains set by hand with baselines on held-out subjects",
         "",
         ("twistcore quamo evaluate cmu --weights assets/quamo --seeds 1",),
     ),

@@ -102,7 +102,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         "--workers",
         type=workers,
         metavar="N",
-        help="number of processes that work through folders (default: one for each core)",
+        help="number of parallel processes for folders (default: one for each core)",
     )
 
 

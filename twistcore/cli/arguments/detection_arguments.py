@@ -36,7 +36,8 @@ def add_rig(parser: argparse._ActionsContainer) -> None:
         "--rig",
         type=Path,
         metavar="FILE",
-        help="TOML file of chains to add and remove (docs/formats.md; default: the chains found)",
+        help="TOML file of chains to add and remove (docs/formats.md; default: the detected "
+        "chains)",
     )
     parser.add_argument(
         "--joint-names",
@@ -103,8 +104,9 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
         "--min-confidence",
         type=share,
         metavar="X",
-        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 also excludes "
-        "intervals without a confidence (default: 0.5, but these are corrected)",
+        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 also "
+        "excludes intervals without a confidence (default: 0.5, but intervals without a "
+        "confidence are corrected)",
     )
     parser.add_argument(
         "--include-open",

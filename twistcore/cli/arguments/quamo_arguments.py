@@ -66,7 +66,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--weights",
         type=Path,
         metavar="FILE",
-        help="networks for learned gains (default: the shipped ones)",
+        help="networks for learned gains (default: the included networks)",
     )
     refine.add_argument(
         "--joints",
@@ -77,8 +77,8 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     refine.add_argument(
         "--causal",
         action="store_true",
-        help="track frame by frame, without later frames; the default of the tracker is both "
-        "ways, without lag",
+        help="track frame by frame, without using later frames (default: track in both "
+        "directions, without lag)",
     )
     refine.add_argument(
         "--root-position",
@@ -91,7 +91,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
             name,
             type=number,
             metavar="X",
-            help=f"hand gain {what} (default: by the frame rate and direction)",
+            help=f"gain {what}, set by hand (default: depends on the frame rate and the direction)",
         )
     add_fps(refine)
     refine.add_argument(
@@ -163,7 +163,8 @@ def _study(study: argparse.ArgumentParser, *, name: str) -> None:
         "--weights",
         type=Path,
         metavar="DIR",
-        help="folder of networks without the held-out subjects (default: the shipped folder)",
+        help="folder of networks that were trained without the held-out subjects (default: the "
+        "included folder)",
     )
     study.add_argument(
         "--seeds",
@@ -218,7 +219,7 @@ def _train(train: argparse.ArgumentParser) -> None:
         help="seed of the random numbers (default: %(default)s)",
     )
     train.add_argument(
-        "--compile", action="store_true", help="compile the step; needs a C++ compiler"
+        "--compile", action="store_true", help="compile the training step (requires a C++ compiler)"
     )
     train.set_defaults(run=deferred("quamo_study_commands", "quamo_train_command"))
 

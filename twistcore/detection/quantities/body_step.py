@@ -28,7 +28,7 @@ def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
         return None
     turns, limit = found
     return Quantity(
-        "Median turn of the joints that step",
+        "Median rotation of jumping joints",
         own.examined(turns, interval, ends=ENDS),
         own.examined(limit, interval, around=1, ends=ENDS),
         math.degrees(interval.size),

@@ -220,11 +220,12 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
             bone.axis = read.numbers(line, 3)
     if not bone.dofs:
         raise read.fail("expected 'order' below :root, with the order of its numbers", head[0])
-    for what, value in (("position", read.start), ("orientation", bone.axis)):
-        if any(value):
-            how = "added to its translation" if what == "position" else "used as its axes"
-            text = f"The root's {what} is not zero; it is {how}."
-            read.warnings.append(ClipWarning(text))
+    if any(read.start):
+        text = "The position of the root is not zero; it is added to the root's translation."
+        read.warnings.append(ClipWarning(text))
+    if any(bone.axis):
+        text = "The orientation of the root is not zero; it is used as the root's axes."
+        read.warnings.append(ClipWarning(text))
 
 
 def _order(read: _Read, word: _Word) -> str:
@@ -275,10 +276,10 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         key = line[0].text.lower()
         # Limits may continue on further lines.
         if key not in _OF_BONE and key[:1] not in "(-+.0123456789":
-            text = f"{quoted(line[0].text)} of a bone is unknown and ignored."
+            text = f"The bone property {quoted(line[0].text)} is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
-        raise read.fail("expected 'name' and one word in this bone", (named or [end])[0])
+        raise read.fail("expected 'name' and one word for this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
         raise read.fail(
@@ -313,11 +314,13 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
     for line in lines[1:-1]:
         for word in line:
             if word.text not in read.bones:
-                raise read.fail(f"expected a bone of :bonedata, found {quoted(word.text)}", word)
+                raise read.fail(
+                    f"expected the name of a bone in :bonedata, found {quoted(word.text)}", word
+                )
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
                 raise read.fail(
-                    (f"expected one parent of {quoted(word.text)}, found a second one"), word
+                    (f"expected only one parent of {quoted(word.text)}, found a second one"), word
                 )
             read.parents[word.text] = line[0].text
 

@@ -59,7 +59,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
             raise AmcError(str(path), instead)
         asf = find_asf(path)
     except FileNotFoundError:
-        raise AmcError(str(path), "expected an AMC file, but there is no such file") from None
+        raise AmcError(str(path), "expected an AMC file, but the file does not exist") from None
     except IsADirectoryError:
         raise AmcError(str(path), "expected an AMC file, but this is a folder") from None
     except OSError as error:
@@ -210,7 +210,7 @@ class _Rows:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
                 bone = quoted(missing[0].decode("utf-8", "replace"))
-                raise self.fail(f"expected {bone} earlier in frame {self._number}", line)
+                raise self.fail(f"expected a line for {bone} in frame {self._number}", line)
             self._store(words, places)
             text = (
                 f"Frame {number_} comes after frame {self._number}; the frames are read in "
@@ -253,7 +253,7 @@ class _Rows:
             numbers = "1 number" if count == 1 else f"{count} numbers"
             expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
             return self.fail(expected, line, min(len(own), count + 1))
-        return self.fail(f"expected {bone} once in frame {self._number}", line)
+        return self.fail(f"expected only one line for {bone} in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
         """Read a line of keywords in the header. `own` are the words of the line.

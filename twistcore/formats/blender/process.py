@@ -129,7 +129,7 @@ def read_scene(
         If there is no skeleton or more than one, or if Blender fails or takes too long.
     """
     if not source.is_file():
-        raise TwistError(f"{source}: there is no such file")
+        raise TwistError(f"{source}: the file does not exist")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job, script = folder / "job.json", folder / "read_scene.py"

@@ -109,9 +109,9 @@ def _turned(matrices: Array) -> tuple[Array, Array]:
     m = matrices[..., :3, :3]
     sizes = np.linalg.norm(m, axis=-2)
     if not np.isfinite(m).all() or (sizes < 1e-12).any():
-        raise TwistError("expected bones with a size, found one with scale 0")
+        raise TwistError("expected bones with a scale other than 0, found a bone with scale 0")
     if (np.linalg.det(m / sizes[..., None, :]) <= 0.0).any():
-        raise TwistError("expected bones that are not mirrored (a negative scale)")
+        raise TwistError("expected bones that are not mirrored, found a bone with a negative scale")
     return m / sizes[..., None, :], sizes
 
 

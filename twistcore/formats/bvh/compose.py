@@ -158,7 +158,7 @@ def _check(motion: Motion, path: str | Path) -> None:
             at = tuple(np.argwhere(~good)[0].tolist())
             found = f"found {values[at]:g} at {list(at)}"
             raise TwistError(
-                f"{path}: expected finite numbers below {LARGEST:g} as {what}, {found}"
+                f"{path}: expected finite numbers below {LARGEST:g} for {what}, {found}"
             )
     if not SHORTEST <= motion.frame_time <= LONGEST:
         expected = f"a frame time from {SHORTEST:g} to {LONGEST:g} s"

@@ -144,7 +144,7 @@ def parse_header(
         elif key == "END":
             words.rest_of_line()
             if not stack or stack[-1] is None:
-                raise words.fail("expected End Site inside a joint")
+                raise words.fail("expected End Site only inside a joint")
             stack.append(None)
             _expect_brace(words, "End Site")
         elif key == "OFFSET":

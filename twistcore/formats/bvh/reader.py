@@ -78,7 +78,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     try:
         data = read_file(path)
     except FileNotFoundError:
-        raise BvhError(str(path), "expected a BVH file, but there is no such file") from None
+        raise BvhError(str(path), "expected a BVH file, but the file does not exist") from None
     except IsADirectoryError:
         raise BvhError(str(path), "expected a BVH file, but this is a folder") from None
     except OSError as error:

@@ -172,7 +172,9 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
     if not gone.any():
         return Rewriting(clip, (), tuple(notes))
     if gone.all():
-        raise TwistError(f"{clip.path}: expected other channels than positions below the root")
+        raise TwistError(
+            f"{clip.path}: expected at least one channel that is not a position below the root"
+        )
     found = np.broadcast_to(gone, clip.values.shape)
     joints = [place.joint for place, column in _channels(clip) if gone[column]]
     joints += dict.fromkeys(joints)  # the number of channels changes, too
@@ -188,7 +190,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     same.
     """
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
-        return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
+        return Rewriting(clip, (), (f"the frame rate is already {clip.fps:.6g} frames per second",))
     times = rate_times(clip.frames, clip.frame_time, fps)
     before, after, share = frames_at_times(times, clip.frames)
     held = with_rows(clip, before.tolist(), 1.0 / fps)

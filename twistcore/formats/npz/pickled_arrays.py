@@ -308,7 +308,7 @@ class _Reader(pickle._Unpickler):
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("an object without a state is given one")
+            raise pickle.UnpicklingError("the pickle sets the state of an object that has none")
         if isinstance(made, _Array) and isinstance(state[-1], str):  # written by Python 2
             state = (*state[:4], self._encoded(state[4]))
         made.set_state(state)
@@ -367,7 +367,7 @@ class _Reader(pickle._Unpickler):
             for key, value in zip(items[::2], items[1::2], strict=True):
                 held[_as_key(key)] = value
         elif not isinstance(held, Unreadable):
-            raise pickle.UnpicklingError("an object without items is given some")
+            raise pickle.UnpicklingError("the pickle adds items to an object that has none")
 
     def _put(self) -> None:
         number = int(self.readline()[:-1])

@@ -104,7 +104,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
             raise too_large(path)
         return read_file(path)
     except FileNotFoundError:
-        raise NpzError(f"{path}: expected {what}, but there is no such file") from None
+        raise NpzError(f"{path}: expected {what}, but the file does not exist") from None
     except IsADirectoryError:
         raise NpzError(f"{path}: expected {what}, but this is a folder") from None
     except OSError as error:
