@@ -88,7 +88,7 @@ class ClipOpener(QObject):
         self._start(what, work, then)
 
     def cancel(self) -> None:
-        """Cancel the work in the background, such as the opening of a clip."""
+        """Cancel any background work, such as opening a clip."""
         if self.busy:
             self._task.cancel()
             self.over.emit()

@@ -253,7 +253,7 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return the reliability of an angle, `share` (0…1), as text in per cent."""
+    """Return the reliability of an angle, `share` (0…1), as a percentage for display."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 

@@ -92,7 +92,7 @@ class Detector(Protocol):
 
     @property
     def info(self) -> DetectorInfo:
-        """The detector's description: its name and the texts that the program shows."""
+        """The detector's name and display texts."""
         ...
 
     def analyse(

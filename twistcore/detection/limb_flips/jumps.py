@@ -119,7 +119,7 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame, where a departure is at least τ radians or unusually large.
+    """Return the single-frame jumps, whose departures are at least τ radians or unusually large.
 
     `departures` contains the departures (see :func:`departure`) in radians, (frames,). `scale_at`
     and `steps_at` are functions that return the natural magnitude of the departures and the

@@ -237,7 +237,7 @@ def _rewritten(
     decimals: int = MIN_DECIMALS,
     notes: tuple[str, ...] = (),
 ) -> Rewriting:
-    """Return a clip with changed motion numbers, axes of channels and offsets.
+    """Return a copy of a clip with new motion values, channel axes and offsets.
 
     Parameters
     ----------
