@@ -96,9 +96,9 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
     A session belongs to the clip whose name and contents match those stored in the session or, if
-    there is none, to a clip with the same contents and a different name. If several clips fit, the one in the matching
-    subfolder is used. An export next to its source is used only if no other clip fits. If a clip
-    has several sessions, the latest is used.
+    there is none, to a clip with the same contents and a different name. If several clips fit, the
+    one in the matching subfolder is used. An export next to its source is used only if no other
+    clip fits. If a clip has several sessions, the latest is used.
 
     Parameters
     ----------
