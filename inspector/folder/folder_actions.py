@@ -92,7 +92,7 @@ class FolderActions:
             return
         self.save()  # the report must include decisions that are not saved yet
         self.queue.batch.when_recorded(lambda: self._start_report(folder))
-        message = tr("The report of {folder} is being written …", folder=folder.name)
+        message = tr("Writing the report of {folder} …", folder=folder.name)
         self.bar.show_message(message, False)
 
     def _start_report(self, folder: Path) -> None:

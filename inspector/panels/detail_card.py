@@ -529,7 +529,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
-            "The limb is straight: at frame {frame}, θp turns by {p}° and θc by {c}°.",
+            "The limb is straight: at frame {frame}, θp changes by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
             p=signed(p),
             c=signed(c),

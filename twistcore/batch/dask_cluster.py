@@ -133,7 +133,7 @@ def _in_cluster(
             except queue.Empty:
                 seen = time.monotonic() if threads else seen
                 if time.monotonic() - seen > _ALONE_S:
-                    raise TwistError("no worker of the Dask cluster is left") from None
+                    raise TwistError("the Dask cluster has no workers left") from None
                 continue
             seen = time.monotonic()
             outcome = _outcome(client, future)

@@ -271,8 +271,8 @@ def check_ending(clip: Clip, path: Path) -> None:
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
-            f"{path}: expected a name that ends in .{clip.format}, because {clip.name} is written "
-            "in its own format"
+            f"{path}: expected a name that ends in .{clip.format}, because {clip.name} is saved "
+            "in its original format"
         )
 
 

@@ -144,7 +144,7 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
         return skeleton.index(interval.joint)
     except KeyError:
         raise TwistError(
-            f"expected an interval with a joint of the clip, found {interval.joint!r}"
+            f"expected an interval on one of the clip's joints, found {interval.joint!r}"
         ) from None
 
 

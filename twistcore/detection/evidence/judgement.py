@@ -192,7 +192,7 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
         return (
-            f"both bones together turn {t.together:.0f} times as far as the offset: the limb "
+            f"together, the two bones rotate {t.together:.0f} times the offset, so the limb "
             "moves fast"
         )
     if term == "long":
