@@ -642,7 +642,7 @@ def _rare_side(side: float) -> str:
     """
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side that it rarely takes in the rest of this clip."
+            "In these frames, the joint is on a side where it rarely is in the rest of this clip."
         )
     if side > _RARE:
         return tr("In these frames, the joint is on the less frequent side in this clip.")

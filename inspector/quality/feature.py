@@ -98,7 +98,7 @@ class Quality(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Quality] | None, ...] = (
     ActionSpec("show_quality", tr("Quality tab"), ("Ctrl+D",),
-               tr("Show jitter, jumps, speed and foot slide of every joint"),
+               tr("Show jitter, jumps and speed of every joint, and foot sliding"),
                do=lambda p: p.show()),
     None,
     ActionSpec("track_joints", tr("Track with QuaMo"), (),

@@ -102,7 +102,7 @@ class TuningActions:
         if data is None:
             return
         if is_clip(path) or real_path(path) == real_path(data.clip.path):
-            message = tr("{name} is a clip. Choose a name for a TOML file.", name=path.name)
+            message = tr("{name} is a clip. Choose a file name that ends in .toml.", name=path.name)
             self.bar.show_message(message, True)
             return
         method = self.document.review.state.method

@@ -113,7 +113,7 @@ def intervals_of_kind(kind: Kind, search: KindSearch) -> dict[str, tuple[Interva
             for one in own:
                 if (one.chain, one.kind) != (name, kind):
                     raise TwistError(
-                        f"expected only intervals of its own kind in {name}, found {one!r}"
+                        f"expected {name} to find only intervals of its own kind, found {one!r}"
                     )
                 if not 0 <= one.start < one.stop <= frames:
                     raise TwistError(

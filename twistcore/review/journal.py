@@ -238,7 +238,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
         found = (judged.interval for judged in session.state.intervals)
         _check((), found, None, None if motion is None else motion.frames)
     except _DAMAGE:
-        raise FormatError(f"{path}: expected a journal, but its first line is damaged") from None
+        raise FormatError(f"{path}: expected a journal, but the first line is damaged") from None
     review = Review(session.state)
     review.mark_unsaved()
     entries, size = 0, len(lines[0]) + 1

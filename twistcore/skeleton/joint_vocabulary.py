@@ -314,7 +314,7 @@ def _mapping(value: Any, what: str) -> Mapping[str, Any]:
 def _roles(value: Any, word: str) -> tuple[str, ...]:
     roles = texts(value, word)
     if unknown := [role for role in roles if role not in ROLES]:
-        raise FormatError(f"expected {', '.join(ROLES)} for {word}, found {unknown[0]!r}")
+        raise FormatError(f"expected one of {', '.join(ROLES)} for {word}, found {unknown[0]!r}")
     return roles
 
 
