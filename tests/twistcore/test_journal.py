@@ -123,7 +123,7 @@ def test_a_journal_that_begins_with_frames_behind_the_last_is_damaged(tmp_path):
     head["session"]["intervals"][0]["stop"] = CLIP.motion.frames + 1
     path.write_text(json.dumps(head) + "\n")
     recover(path)  # without its clip nothing is known of its frames
-    with pytest.raises(FormatError, match="its first line is damaged"):
+    with pytest.raises(FormatError, match="the first line is damaged"):
         recover(path, CLIP)
 
 
