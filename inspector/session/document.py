@@ -391,8 +391,8 @@ class Document(OpenClip):
         proposed = self.data.proposed_at(selected, every, self.method)
         if proposed is None:
             message = tr(
-                "No correction fits this jump: {joint} neither returns soon nor stays turned about "
-                "its own bone. Correct it in your animation software.",
+                "No correction fits this jump: {joint} neither turns back soon nor stays rotated "
+                "about its own bone. Correct it in your animation software.",
                 joint=selected.joint,
             )
             self.message.emit(message, False)

@@ -302,8 +302,8 @@ def _notes(own: Sequence[_Row], seen: Counter[int]) -> Iterator[str]:
         frames = {row.frame for row in own}
         absent = next(k for k in range(first, first + span) if k not in frames) - first
         yield (
-            f"This person is missing in {span - len(own)} of {span} frames; the first of "
-            f"them is {absent}. The program interpolates these frames and does not write "
+            f"This person is missing from {span - len(own)} of {span} frames; the first of "
+            f"these is {absent}. The program interpolates these frames and does not write "
             "them."
         )
     if own[0].place is None:
