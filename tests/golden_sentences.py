@@ -72,5 +72,5 @@ SENTENCES = {
     "command: detect w.bvh --fps 0": "twistcore detect: argument --fps: expected 1 to 10000 frames per second, found '0'. See `twistcore detect --help`.",
     "command: refine w.bvh -o OUT/o.bvh --min-confidence 2": "twistcore refine: argument --min-confidence: expected a number from 0 to 1, found '2'. See `twistcore refine --help`.",
     "command: refine w.bvh -o OUT/o.fbx": "twistcore refine: argument -o/--output: FOLDER/o.fbx: expected a name that ends in .bvh or .npz or .amc or .pkl, as the clip's own name does, because FBX files cannot be written (`twistcore export` makes a script for the scene that a clip came from). See `twistcore refine --help`.",
-    "command: convert OUT/a.obj -o OUT/o.bvh": "FOLDER/a.obj: expected a file that ends in .fbx, .glb, .gltf, .blend",
+    "command: convert OUT/a.obj -o OUT/o.bvh": "FOLDER/a.obj: expected a file that ends in one of .fbx, .glb, .gltf, .blend",
 }

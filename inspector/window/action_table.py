@@ -220,7 +220,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                needs="figure", turn=lambda p, on: p.viewport.set_follow(on)),
         None,
         Switch("skin", tr("Skinned limbs"), ("S",),
-                   tr("Show a striped skin, whose stripes make a wrong twist visible"),
+                   tr("Show a striped skin, which makes a wrong twist visible"),
                tool=Tool(tr_as("tool", "Skin"), 42, 2), needs="figure",
                turn=lambda p, on: p.viewport.look(style=Style.SKIN if on else Style.WEDGES)),
         Switch("side_by_side", tr("Side by side"), ("V",),

@@ -264,7 +264,7 @@ def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
         return place.reason(Why.MOTION, "it is not an edge of an error")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"the sum over {span} is only {signed_degrees(float(e.jump[k]))}"
+    because = f"the changes in {span} add up to only {signed_degrees(float(e.jump[k]))}"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
