@@ -525,7 +525,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
         p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
         yield words.format(p=p, c=c)
     if soft := soft_onset(interval):
-        yield tr("It {how}.", how=of_core(soft))
+        yield tr("The error {how}.", how=of_core(soft))
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
@@ -543,7 +543,10 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
     """Yield sentences about the jumps of a twist bone at the edges of the interval."""
-    jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
+    jumps = (
+        tr("The roll jumps by {angle}° at the start."),
+        tr("The roll jumps by {angle}° at the end."),
+    )
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
             yield words.format(angle=signed(evidence[key]))
