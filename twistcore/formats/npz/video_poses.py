@@ -294,8 +294,8 @@ def _notes(own: Sequence[_Row], seen: Counter[int]) -> Iterator[str]:
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
-            f"The file contains {len(seen)} people. The program reads {own[0].who}, seen in "
-            f"{len(own)} frames, not {others}."
+            f"The file contains {len(seen)} people. The program reads {own[0].who} (in "
+            f"{len(own)} frames), not {others}."
         )
     first, span = own[0].frame, own[-1].frame - own[0].frame + 1
     if span > len(own):
