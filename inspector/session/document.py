@@ -242,7 +242,7 @@ class Document(OpenClip):
         # Exclude ids that belonged to the previous clip
         there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
-            self.message.emit(tr("Select an interval first. N goes to the next one."), False)
+            self.message.emit(tr("Select an interval first. Press N to go to the next one."), False)
             return
         judged = all(j.decision == decision and not j.in_bulk for j in there)
         if not judged and not self._decide(tuple(j.id for j in there), decision):

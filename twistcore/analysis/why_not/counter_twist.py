@@ -181,7 +181,7 @@ def _below(
             f"(σ {unsigned_degrees(sigma_x)} and {unsigned_degrees(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
-    return place.reason(Why.BELOW, f"{beyond} more than the motion explains", **numbers)
+    return place.reason(Why.BELOW, f"{beyond} beyond what the motion explains", **numbers)
 
 
 def _error_nearby(
@@ -351,9 +351,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         )
     else:
         because = (
-            f"the best jump to reverse it ({turns}) is {partner}: it leaves a difference of "
-            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of "
-            f"{edge.gain:.0f} and {float(e.gain[k]):.0f} is too weak for an interval"
+            f"the jump that best reverses it ({turns}) is {partner}: it leaves a difference of "
+            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of the two jumps "
+            f"({edge.gain:.0f} and {float(e.gain[k]):.0f}) is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)
