@@ -56,7 +56,7 @@ class FolderActions:
         clips = list(self.listed())
         if is_there(path) and path.suffix.lower() != ".csv":
             message = tr(
-                "{name} is not a CSV file. Choose a name that ends with .csv.", name=path.name
+                "{name} is not a CSV file. Choose a name that ends in .csv.", name=path.name
             )
             self.bar.show_message(message, True)
             return

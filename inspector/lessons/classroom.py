@@ -108,7 +108,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     clip = path.with_name(exercise.clip)
     if not is_file(clip):
         why = tr(
-            "its clip {clip} is missing. Put the clip into the same folder.",
+            "the clip {clip} is missing. Put it into the same folder.",
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")

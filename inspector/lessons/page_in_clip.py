@@ -48,7 +48,7 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
             raise refused("done", expected, f"moved {condition.amount:g}")
         if condition.name == "accepted" and not kinds.intersection(condition.words or kinds):
             expected = tr(
-                "an interval kind after 'accepted' that {clip} can have: {kinds}",
+                "an interval kind of {clip} after 'accepted': {kinds}",
                 clip=place.clip.name,
                 kinds=", ".join(sorted(kinds)) or tr("nothing"),
             )

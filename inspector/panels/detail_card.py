@@ -60,7 +60,7 @@ _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any k
 _NOT_CORRECTED = tr("There is no correction for this detection. Accept it to mark it as seen.")
 _MAY_INSERT = tr(
     "There is no correction for this detection. Accept it to mark it as seen, or press Insert if "
-    "the joint is turned wrongly from here on or up to here."
+    "the joint is rotated wrongly from here on, or up to here."
 )
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the error may lie in the frames around the interval instead")
@@ -192,8 +192,8 @@ class DetailCard(QWidget):
         if worse := sum(bool(evidence.get("worse")) for evidence in doubtful):
             sentences.append(
                 plural(
-                    "The correction of {n} of them would make something worse. Look at it alone.",
-                    "The corrections of {n} of them would make something worse. Look at each.",
+                    "{n} of these corrections would make something worse. Look at it separately.",
+                    "{n} of these corrections would make something worse. Look at each separately.",
                     worse,
                 )
             )
@@ -525,7 +525,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
         p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
         yield words.format(p=p, c=c)
     if soft := soft_onset(interval):
-        yield tr("It {how}.", how=of_core(soft))
+        yield tr("The error {how}.", how=of_core(soft))
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
@@ -543,7 +543,10 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
     """Yield sentences about the jumps of a twist bone at the edges of the interval."""
-    jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
+    jumps = (
+        tr("The roll jumps by {angle}° at the start."),
+        tr("The roll jumps by {angle}° at the end."),
+    )
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
             yield words.format(angle=signed(evidence[key]))
@@ -645,7 +648,7 @@ def _rare_side(side: float) -> str:
             "In these frames, the joint is on a side where it rarely is in the rest of this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the less frequent side in this clip.")
+        return tr("In these frames, the joint is on the side where it is less often in this clip.")
     return ""
 
 

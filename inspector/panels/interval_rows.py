@@ -278,7 +278,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         line = tr("confidence learned from your decisions (the detector's is {own:.2f})", own=own)
         parts.append(line)
     if shared:
-        parts.append(tr("overlaps another interval of its chain; their offsets are added"))
+        parts.append(tr("overlaps another interval of its chain; the offsets are added"))
     if judged.reason:
         parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
     if judged.edited:

@@ -105,7 +105,7 @@ _ROWS: tuple[ActionRow[Quality] | None, ...] = (
                tr("Smooth the joints selected in the quality tab, after the twist correction"),
                ready=False,
                do=lambda p: p.quality.track()),
-    ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the running tracking"),
+    ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the tracking in progress"),
                ready=False,
                do=lambda p: p.tracked.cancel()),
     ActionSpec("stop_tracking", tr("Stop tracking"), (),

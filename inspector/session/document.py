@@ -242,7 +242,7 @@ class Document(OpenClip):
         # Exclude ids that belonged to the previous clip
         there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
-            self.message.emit(tr("Select an interval first. N goes to the next one."), False)
+            self.message.emit(tr("Select an interval first. Press N to go to the next one."), False)
             return
         judged = all(j.decision == decision and not j.in_bulk for j in there)
         if not judged and not self._decide(tuple(j.id for j in there), decision):
@@ -391,8 +391,8 @@ class Document(OpenClip):
         proposed = self.data.proposed_at(selected, every, self.method)
         if proposed is None:
             message = tr(
-                "No correction fits this jump: {joint} neither returns soon nor stays turned about "
-                "its own bone. Correct it in your animation software.",
+                "No correction fits this jump: {joint} neither turns back soon nor stays rotated "
+                "about its own bone. Correct it in your animation software.",
                 joint=selected.joint,
             )
             self.message.emit(message, False)

@@ -75,7 +75,7 @@ _KNOBS = {
         0,
         100,
         tr(
-            "Remove a part of the offset (Eq. 14-15). In frames that are not altered, "
+            "Remove part of the offset (Eq. 14–15). In frames that are not altered, "
             "this is the offset of the selected interval; in all other frames, it is the "
             "paper’s running sum offset(t)."
         ),

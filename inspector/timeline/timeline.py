@@ -289,7 +289,7 @@ class Timeline(QWidget):
         if data is None or not document.chain:
             self.scenery.set_intervals(())
             self.grid.show_hint(
-                tr("This skeleton has no chain, so there is no twist to show.")
+                tr("This skeleton has no chains, so there is no twist to show.")
                 if data is not None
                 else tr("Open a clip to see its twist over time.")
             )

@@ -199,8 +199,8 @@ class ConfidencePage(QWidget):
         used = self._document.learned
         stale = used is not None and used != confidence
         message = tr(
-            "{whose}: learned from {accepted} accepted and {rejected} rejected intervals. Each dot "
-            "shows intervals that were not used to learn its confidence.",
+            "{whose}: learned from {accepted} accepted and {rejected} rejected intervals. Each "
+            "dot's confidence was learned without that dot's intervals.",
             whose=whose,
             accepted=confidence.accepted,
             rejected=confidence.rejected,

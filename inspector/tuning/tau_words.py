@@ -97,8 +97,8 @@ def presumed_text(costs: Costs, chain: str, tau: float) -> str:
     if sure:
         words.append(
             plural(
-                "{n} certain interval counts as an error until you judge it",
-                "{n} certain intervals count as errors until you judge them",
+                "{n} confident interval counts as an error until you judge it",
+                "{n} confident intervals count as errors until you judge them",
                 sure,
             )
         )

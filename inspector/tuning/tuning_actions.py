@@ -154,7 +154,9 @@ class TuningActions:
     def leave_out_interval(self) -> None:
         """Exclude the frames of the selected interval from tuning."""
         if (judged := self.document.interval) is None:
-            self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
+            self.bar.show_message(
+                tr("Select an interval first. Press N to go to the next one."), False
+            )
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 

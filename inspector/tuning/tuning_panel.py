@@ -180,7 +180,7 @@ class TuningPanel(QWidget):
         ready = document.data is not None and bool(document.chain) and not self._blind
         self._pages.setCurrentIndex(int(ready))
         if document.data is not None and not ready:
-            none = tr("This skeleton has no chain, so there is no τ to tune.")
+            none = tr("This skeleton has no chains, so there is no τ to tune.")
             self.hint.setText(BLIND if self._blind else none)
         self._enable(ready)
         if not ready:

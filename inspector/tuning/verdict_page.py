@@ -290,7 +290,7 @@ class VerdictPage(QWidget):
             legend.append(inked(tr("┄ FSR of injected errors"), theme.before))
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
-            legend.append(inked(tr("╌ intervals are listed from {tau:.2f}°", tau=seen), theme.soft))
+            legend.append(inked(tr("╌ listed from {tau:.2f}° up", tau=seen), theme.soft))
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))

@@ -29,7 +29,7 @@ from twistcore.files.ordinary import real_path
 
 _FPS = tr_as("frames per second", "fps")
 NO_VIDEO = tr("No video for this clip.\nFile → Open witness video…, or drop one here.")
-BEFORE, AFTER = tr("before the video's start"), tr("after its end")
+BEFORE, AFTER = tr("before the video's start"), tr("after the video's end")
 
 
 class VideoPanel(QWidget):

@@ -93,7 +93,8 @@ class ChainActions:
         if rig == self._rig:
             return
         message = tr(
-            "From now on, clips with this skeleton that have no session open with these names."
+            "From now on, clips with this skeleton open with these names, unless they have a "
+            "session."
         )
         data = self.document.data
         if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
@@ -158,7 +159,7 @@ class ChainActions:
         if rig:
             which = tr("these chains ({changed})", changed=_changes_text(rig))
         message = tr(
-            "From now on, clips with this skeleton that have no session open with {chains}.",
+            "From now on, clips with this skeleton open with {chains}, unless they have a session.",
             chains=which,
         )
         self.bar.show_message(message, False)

@@ -80,7 +80,7 @@ def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
     [
         (
             "accepted lone-jump",
-            "an interval kind after 'accepted' that walk_injected.bvh can have",
+            "an interval kind of walk_injected.bvh after 'accepted'",
         ),
         ("accepted, counter", "no 'counter' on the page of a limb"),
     ],

@@ -190,14 +190,14 @@ def test_the_band_is_drawn_and_said(qtbot, window, tuning):
 
 def test_a_drag_says_what_it_changes_and_what_is_only_presumed(qtbot, window, tuning):
     document, page = window.document, tuning.curves
-    assert page.presumed.text() == "3 certain intervals count as errors until you judge them"
+    assert page.presumed.text() == "3 confident intervals count as errors until you judge them"
     weakest = min(
         document.review.state.of_chain("LeftForeArm"), key=lambda j: abs(j.interval.delta)
     )
     document.decide(Decision.REJECTED, (weakest.id,))
     document.select_chain("LeftForeArm")
     wait_measured(qtbot, window)
-    assert page.presumed.text() == "2 certain intervals count as errors until you judge them"
+    assert page.presumed.text() == "2 confident intervals count as errors until you judge them"
     tau, state = document.review.state.tau["LeftForeArm"], page.state
     assert state.text().startswith("τ 1.50°: 3 listed, 3 automatic · FSR ")
     assert state.text().endswith(" · 1 false alarm")

@@ -489,7 +489,7 @@ def test_notes_say_what_moves_along(tmp_path):
     session = tmp_path / "clip.twist.json"
     tc.write_session(clip, accepted(clip.motion, tc.Kind.SPIKE), session)
     code, _, err = run("apply", session, path, "-o", tmp_path / "out.bvh")
-    assert (code, "the joints below LeftForeArm move with its correction" in err) == (0, True)
+    assert (code, "correcting LeftForeArm also moves the joints below it" in err) == (0, True)
 
 
 # -- what people see -------------------------------------------------------------------------------

@@ -34,8 +34,8 @@ def batch_command(arguments: argparse.Namespace) -> int:
         useful = arguments.fail_if or any(getattr(arguments, name) for name in _FILES)
         if arguments.refine or arguments.report or not useful:
             raise TwistError(
-                "expected -o OUTDIR, or --fail-if or a file of results without --refine and "
-                "--report. See `twistcore batch --help`."
+                "expected -o OUTDIR; it is optional only with --fail-if or a file of results, and "
+                "without --refine and --report. See `twistcore batch --help`."
             )
     process_clips = prepared_batch(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]

@@ -98,7 +98,8 @@ def _methods(names: Sequence[str]) -> tuple[str, ...]:
     for name in _split(names):
         if name not in groups and name not in known:
             raise TwistError(
-                f"--methods: unknown method {name!r}; expected {', '.join((*known, *groups))}"
+                f"--methods: unknown method {name!r}; expected one of "
+                f"{', '.join((*known, *groups))}"
             )
         chosen.update(groups.get(name, (name,)))
     return tuple(m for m in known if m in chosen)

@@ -68,7 +68,9 @@ def convert_command(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{output}: expected a name that ends in .bvh or .glb")
     unit = scenes.SUFFIXES.get(source.suffix.lower())
     if unit is None:
-        raise TwistError(f"{source}: expected a file that ends in {', '.join(scenes.SUFFIXES)}")
+        raise TwistError(
+            f"{source}: expected a file that ends in one of {', '.join(scenes.SUFFIXES)}"
+        )
     refuse_overwrite([output], [source])
     unit = arguments.unit or unit
     scene, found = write_as_bvh(

@@ -22,7 +22,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
     documents = [path for path in (arguments.a, arguments.b) if _is_document(path)]
     reports = any(map(is_report, documents))
     if len(documents) == 1 and not reports:
-        raise TwistError(f"expected two sessions, but only {documents[0]} is one")
+        raise TwistError(f"expected two sessions, but only {documents[0]} is a session")
     if arguments.merge and (reports or not documents):
         raise TwistError("--merge needs two sessions")
     if reports:

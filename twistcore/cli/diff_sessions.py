@@ -59,7 +59,9 @@ def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -
     """Write a session with the agreed decisions to `output`. `path` is the file of session `a`."""
     places = Path(a.clip), path.parent / Path(a.clip).name
     if (clip_path := found_file(places, a.sha256)) is None:
-        raise TwistError(f"{path}: the clip of this session was not found; put it next to it")
+        raise TwistError(
+            f"{path}: the clip of this session was not found; put it next to the session"
+        )
     clip = read_clip(clip_path, fps=a.fps)
     for session in (a, b):
         chains_of(session, clip)  # raises an error if the session is damaged

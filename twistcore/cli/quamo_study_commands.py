@@ -103,8 +103,8 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     sequences = tuple(s for s in clips if s.subject in HELD_OUT)
     if not sequences:
         raise TwistError(
-            f"{arguments.folder}: expected clips of the subjects {', '.join(HELD_OUT)}, named as "
-            "by CMU (05_02.bvh)"
+            f"{arguments.folder}: expected clips of the subjects {', '.join(HELD_OUT)}, with "
+            "CMU's names (such as 05_02.bvh)"
         )
     weights = arguments.weights or WEIGHTS
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}

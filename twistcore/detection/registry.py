@@ -244,7 +244,10 @@ def _of_package(point: EntryPoint) -> Detector:
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
-        raise TwistError(f"{where}: expected the same name in its info, found {made.info.name!r}")
+        raise TwistError(
+            f"{where}: expected the detector's info to contain the same name, "
+            f"found {made.info.name!r}"
+        )
     return GuardedDetector(made)
 
 

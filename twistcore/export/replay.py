@@ -100,7 +100,7 @@ def uncorrected_sentences(
                 )
     alone = JointRepairs(correctable(clip.motion, chains, chosen)).intervals
     moving = dict.fromkeys(i.joint for i in alone if moves_joints(clip.motion, i))
-    moved += [f"{clip.path}: the joints below {name} move with its correction" for name in moving]
+    moved += [f"{clip.path}: correcting {name} also moves the joints below it" for name in moving]
     return left, tuple(moved)
 
 

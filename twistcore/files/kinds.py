@@ -149,9 +149,7 @@ def _text(head: bytes) -> FileKind | None:
     if word.startswith(b"HIERARCHY"):
         return BVH
     if word.startswith((b"<!DOCTYPE HTML", b"<HTML", b"<HEAD", b"<BODY")):
-        advice = (
-            "download the file itself; a web page in its place is often a log-in page or a viewer"
-        )
+        advice = "download the file itself instead of a log-in page or a viewer"
         return FileKind("a web page (HTML)", advice)
     if word.startswith(b"<?XML"):
         return FileKind("an XML document")

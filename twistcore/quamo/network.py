@@ -352,7 +352,9 @@ def read_network(path: Path) -> Network:
         raise FormatError(f"{path}: expected weights as .npz ({error})") from None
     variant, note = (str(arrays.pop(k, "")) for k in ("variant", "note"))
     if variant not in VARIANTS:
-        raise FormatError(f"{path}: expected weights of {', '.join(VARIANTS)}, found {variant!r}")
+        raise FormatError(
+            f"{path}: expected weights of one of {', '.join(VARIANTS)}, found {variant!r}"
+        )
     sizes = [
         arrays[k].shape[0] if k in arrays and arrays[k].ndim else 0
         for k in ("control.b1", "init.b1")

@@ -95,7 +95,7 @@ def _on_skeleton(
     if template is None:
         if given is None:
             raise PosesError(
-                f"{path} has no rest offsets; name a BVH file with --template, or add an array "
+                f"{path} has no rest offsets; specify a BVH file with --template, or add an array "
                 "'offsets' in metres with the shape (24, 3)"
             )
         return given, poses.rotations.copy(), ()

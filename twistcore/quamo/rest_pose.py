@@ -149,7 +149,7 @@ def _body(offsets: Array) -> Array:
     size = float(np.ptp(places, axis=0).max())
     ahead = np.cross(across, up)
     if not np.linalg.norm(ahead) > 1e-4 * size**2 or size == 0.0:
-        raise TwistError("expected a rest pose with two hips apart and a trunk above them")
+        raise TwistError("expected a rest pose with two separate hips and a trunk above them")
     ahead = normalise(ahead)
     across = normalise(across)
     measured = np.stack([across, np.cross(ahead, across), ahead])  # rows: into SMPL's axes

@@ -330,7 +330,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
     offset = bone_offset(motion, joint)
     if joint in motion.positioned and offset.ndim == 1:
         warnings.append(
-            f"{skeleton.names[joint]}: the position channels are close to zero; its OFFSET is used."
+            f"{skeleton.names[joint]}: the position channels are close to zero; the OFFSET is used."
         )
         return normalise(offset)
     lengths, smallest = np.linalg.norm(offset, axis=-1), shortest_offset(skeleton)

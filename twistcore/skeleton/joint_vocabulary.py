@@ -269,7 +269,8 @@ def _table(
     name: str, table: Mapping[str, Any]
 ) -> tuple[dict[str, Meaning], tuple[tuple[str, str], ...]]:
     if unknown := sorted(table.keys() - set(_KEYS)):
-        raise _WordsError(f"expected {', '.join(_KEYS)}; found {unknown[0]!r}", name, unknown[0])
+        expected = f"expected one of {', '.join(_KEYS)}, found {unknown[0]!r}"
+        raise _WordsError(expected, name, unknown[0])
     words: dict[str, Meaning] = {}
 
     def add(word: str, meaning: Meaning, at: str) -> None:

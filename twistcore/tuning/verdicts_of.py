@@ -325,7 +325,9 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))
-        raise TwistError(f"{clip.name}: expected {known}, found {state.method!r} in its session")
+        raise TwistError(
+            f"{clip.name}: expected a session of the detector {known}, found {state.method!r}"
+        )
     there = {chain.name for chain in state.rig.chains(clip.motion)}
     for name in (judged.interval.chain for judged in state.intervals):
         if name not in there:

@@ -208,7 +208,7 @@ def reason(name: object, error: Exception) -> str:
             return f"{name} did not answer for {limit} s, so the program stopped it"
         return f"{name} took longer than {limit} s of processor time, so the program stopped it"
     if isinstance(error, ProcessEndedError):
-        return f"{name}: the system ended its process, perhaps because memory ran out"
+        return f"{name}: the system ended the process, perhaps because memory ran out"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())
 
 

@@ -181,7 +181,7 @@ def _below(
             f"(σ {unsigned_degrees(sigma_x)} and {unsigned_degrees(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
-    return place.reason(Why.BELOW, f"{beyond} more than the motion explains", **numbers)
+    return place.reason(Why.BELOW, f"{beyond} beyond what the motion explains", **numbers)
 
 
 def _error_nearby(
@@ -264,7 +264,7 @@ def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
         return place.reason(Why.MOTION, "it is not an edge of an error")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"the sum over {span} is only {signed_degrees(float(e.jump[k]))}"
+    because = f"the changes in {span} add up to only {signed_degrees(float(e.jump[k]))}"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
@@ -351,9 +351,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         )
     else:
         because = (
-            f"the best jump to reverse it ({turns}) is {partner}: it leaves a difference of "
-            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of "
-            f"{edge.gain:.0f} and {float(e.gain[k]):.0f} is too weak for an interval"
+            f"the jump that best reverses it ({turns}) is {partner}: it leaves a difference of "
+            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of the two jumps "
+            f"({edge.gain:.0f} and {float(e.gain[k]):.0f}) is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)

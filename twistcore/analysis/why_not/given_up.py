@@ -89,8 +89,6 @@ def soft_error_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason | None
     for s in own.fixed:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
-            because = (
-                f"this angle is the whole error in {span} ({signed_degrees(s.interval.shown)})"
-            )
+            because = f"the whole error in {span} is only {signed_degrees(s.interval.shown)}"
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

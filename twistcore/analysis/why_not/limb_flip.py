@@ -101,7 +101,7 @@ def _left(
             f"it could be an edge of a flip in {span}, but another flip explains the frames better"
         )
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb deviates by about {unsigned_degrees(jump.scale)} in nearby frames"
+    moves = f"the limb's rotation varies by about {unsigned_degrees(jump.scale)} in nearby frames"
     if jump.step > 0.03:
         moves = (
             f"{moves}, and the limb's end moves by {100.0 * jump.step:.0f} % of the limb's length"

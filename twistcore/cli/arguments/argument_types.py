@@ -65,7 +65,7 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         known = [str(choice) for choice in action.choices]
-        text = _did_you_mean(str(value), known) or f"; expected {', '.join(known)}"
+        text = _did_you_mean(str(value), known) or f"; expected one of {', '.join(known)}"
         if isinstance(action, argparse._SubParsersAction):
             raise argparse.ArgumentError(None, f"unknown command {value!r}{text}")
         raise argparse.ArgumentError(action, f"unknown value {value!r}{text}")

@@ -23,7 +23,7 @@ KIND = KindInfo(
         "{joint} turns suddenly about its own bone and does not turn back. Accept the "
         "detection to turn the joint back"
     ),
-    why="From a jump to the next one or to an end of the clip, {joint} is rotated by {size}",
+    why="Between two jumps, or between a jump and an end of the clip, {joint} is rotated by {size}",
     offer=(
         "Accept the detection to turn {joint} back in all these frames. This is never done "
         "automatically"

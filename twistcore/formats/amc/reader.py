@@ -25,7 +25,7 @@ _ASSUMED_FPS = 120.0
 _REPORTED = 64  # number of frames between two progress reports
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; "
-    "some have 60 (set the rate with the commands' --fps)."
+    "some have 60 (set the rate with --fps on the command line)."
 )
 _SOLID = re.compile(rb"[^\x00-\x20]+")  # a token, as in token_spans
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))

@@ -244,8 +244,9 @@ def _frame_time(
         rate = _meant_rate(seconds)
         text = (
             f"Frame Time {quoted(word)} is {seconds:g} seconds per frame, but 1/{rate:.5g} = "
-            f"{1.0 / rate:.3g} was probably meant. For that rate, use the commands' "
-            f"--fps {rate:.5g}; without it, {_ASSUMED_FPS:g} frames per second are assumed."
+            f"{1.0 / rate:.3g} was probably meant. For that rate, use "
+            f"--fps {rate:.5g} on the command line; without it, {_ASSUMED_FPS:g} frames per second "
+            "are assumed."
         )
     warnings.append(ClipWarning(text, line))
     return 1.0 / _ASSUMED_FPS

@@ -219,11 +219,13 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
     If the file has no rate, the layout's rate or 30 fps is used, and a warning is added.
     """
     rate, whose = names.rate or (_ASSUMED_FPS, "")
-    assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
+    assumed = (
+        f"{rate:g} frames per second are assumed (set another rate with --fps on the command line)"
+    )
     if whose:
         assumed = (
             f"{rate:g} frames per second are assumed, as in {whose} (set another rate with "
-            "the commands' --fps)"
+            "--fps on the command line)"
         )
     for name in _RATES:
         if name not in archive:

@@ -294,16 +294,16 @@ def _notes(own: Sequence[_Row], seen: Counter[int]) -> Iterator[str]:
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
-            f"The file contains {len(seen)} people. The program reads {own[0].who}, seen in "
-            f"{len(own)} frames, not {others}."
+            f"The file contains {len(seen)} people. The program reads {own[0].who} (in "
+            f"{len(own)} frames), not {others}."
         )
     first, span = own[0].frame, own[-1].frame - own[0].frame + 1
     if span > len(own):
         frames = {row.frame for row in own}
         absent = next(k for k in range(first, first + span) if k not in frames) - first
         yield (
-            f"This person is missing in {span - len(own)} of {span} frames; the first of "
-            f"them is {absent}. The program interpolates these frames and does not write "
+            f"This person is missing from {span - len(own)} of {span} frames; the first of "
+            f"these is {absent}. The program interpolates these frames and does not write "
             "them."
         )
     if own[0].place is None:
