@@ -197,7 +197,7 @@ class FileActions(Saving):
     def _report_so_far(self, path: Path) -> None:
         done, total = self.queue.progress
         text = tr(
-            "{name} is the worst clip so far; {done} of {total} clips are analysed.",
+            "{name} is the worst clip so far ({done} of {total} clips analysed).",
             name=path.name,
             done=done,
             total=total,

@@ -63,7 +63,7 @@ def test_the_worst_so_far_waits_for_a_tenth_and_a_worse_one_is_offered(
     with qtbot.waitSignal(opened):
         know("02", 2.0)
     assert window.document.data.clip.path.name == "01.bvh"
-    qtbot.waitUntil(lambda: "worst so far" in window.bar.label.text())
+    qtbot.waitUntil(lambda: "worst clip so far" in window.bar.label.text())
     assert "3 of 30" in window.bar.label.text()
     know("03", 2.5)
     assert window.bar.buttons() == []
@@ -111,14 +111,14 @@ def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_
         window.open_path(tmp_path / "2.bvh")
     window.document.set_tau(0.3)
     act(window, "profile_to_folder")
-    assert window.clips.tau.text() == "τ: of 2.bvh"
+    assert window.clips.tau.text() == "τ: from 2.bvh"
     tau = dict(window.queue.profile.tau)
     window.document.review.mark_saved()
     second = show_window(settings)
     with qtbot.waitSignal(second.document.opened, timeout=60_000):
         second.open_path(tmp_path)
     assert second.document.data.clip.path.name == "2.bvh"  # where one stopped
-    assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("of 2.bvh", tau)
+    assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("from 2.bvh", tau)
     act(second, "automatic_folder")
     assert folder_record(settings, tmp_path)["profile"] == ""
     assert second.clips.tau.text().startswith("τ: ")
