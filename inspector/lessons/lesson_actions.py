@@ -51,6 +51,7 @@ class LessonActions:
         self.five_trackers: FiveTrackers | None = None
         self._title = ""
         self._lesson: LessonFile | None = None  # the lesson that was started last
+        self._taught_before = False  # True if the teaching tab was in front before the lesson
         self._list_as_before: Callable[[], None] | None = None  # restores the user's filter
         self.player = LessonPlayer(self.program, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
@@ -191,6 +192,7 @@ class LessonActions:
 
     def _show_guide(self, title: str) -> None:
         self._list_as_before = self.program.list_all()  # a page may refer to any interval
+        self._taught_before = self.program.taught.active
         self.dock.setWindowTitle(as_entry(title))
         self.dock.toggleViewAction().setEnabled(True)
         bring_to_front(self.dock)
@@ -204,4 +206,6 @@ class LessonActions:
         if self._list_as_before is not None:
             self._list_as_before()
             self._list_as_before = None
+            if not self._taught_before:
+                self.program.show_intervals()
         self.program.aside.put_back()

@@ -593,7 +593,12 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
         joints=", ".join(evidence.get("joints", (interval.joint,))),
         size=plain(np.degrees(interval.residual), 0),
     )
-    return f"{noise} {_NOT_CORRECTED}"
+    offer = tr(
+        "Press “{button}” to smooth these joints in these frames, or accept the detection to mark "
+        "it as seen.",
+        button=_SMOOTH,
+    )
+    return f"{noise} {offer}"
 
 
 def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:

@@ -221,6 +221,7 @@ class TrackPage(QWidget):
         self._enable()
         if self._reviewed_last is not None:
             self._show(self._reviewed_last)
+            self._enable()
 
     def _follow_review(self) -> None:
         """Show the review's tracking settings after an undo, a redo or a journal's restoration."""
@@ -231,6 +232,7 @@ class TrackPage(QWidget):
         requested, self._requested = self._requested, None
         if tracking is not None and tracking is not requested:
             self._show(tracking)
+        self._enable()
 
     def _show(self, tracking: Tracking) -> None:
         """Show the settings of a tracking request."""
@@ -276,7 +278,9 @@ class TrackPage(QWidget):
             box.setVisible(not spline)
         for button in (self.hand, self.learned):
             button.setVisible(not spline)
-        self.cutoff.setVisible(spline)
+        # Bursts have cut-offs of their own, which the line about the result shows
+        bursts = self._reviewed_last is not None and bool(self._reviewed_last.bursts)
+        self.cutoff.setVisible(spline and not bursts)
         self._show_plots()
 
     def _show_plots(self) -> None:

@@ -416,6 +416,8 @@ def opening_notes(
                 "This version also looks for new kinds of errors: {found}.",
                 found=found,
             )
+        if tracking := data.session.state.tracking:
+            message += " " + tr("It includes tracking: {what}.", what=of_core(tracking.what))
         yield message, False
     if rig := data.analysis.rig:
         yield tr("This rig has its own chains: {summary}.", summary=of_core(rig.summary())), False

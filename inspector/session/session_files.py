@@ -29,7 +29,8 @@ from twistcore.formats.reading import file_prefix, same_format
 _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
-SESSION_PATTERNS = f"*{SESSION_SUFFIX}* *{REPLAY_SUFFIX}"  # filter of a file dialog
+# Filter of a file dialog; [!k] excludes locks, such as *.journal.lock
+SESSION_PATTERNS = f"*{SESSION_SUFFIX} *{SESSION_SUFFIX}*[!k] *{REPLAY_SUFFIX}"
 JOURNAL_SUFFIX = ".journal"
 # Several crashes may leave several journals. An older version wrote the ending `.unanswered`.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")

@@ -30,7 +30,7 @@ from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from inspector.window.scene_files import CLIPS, CLIPS_AND_SCENES, SceneFiles
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
-from twistcore.review import ReviewState
+from twistcore.review import Decision, ReviewState
 from twistcore.tuning import Profile
 
 _FIRST_MS = 4_000  # time to wait for the worst clip of a folder
@@ -373,6 +373,14 @@ class FileActions(Saving):
             return
         if self._is_busy(export.state):
             return
+        correctable = (j for j in export.state.intervals if j.interval.correctable)
+        if left := sum(j.decision == Decision.UNDECIDED for j in correctable):
+            words = plural(
+                "{n} undecided interval was not corrected.",
+                "{n} undecided intervals were not corrected.",
+                left,
+            )
+            text = f"{text} {words}"
         if (following := self.queue.next_after(path)) is None:
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
             self._wait_for_first, self._since = self.queue.running, self._state()

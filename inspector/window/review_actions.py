@@ -160,7 +160,7 @@ class ReviewActions:
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)
         self.bar.show_message(
-            tr("The selected interval was not visible. Look at it, then decide again."), False
+            tr("Here is the selected interval again. Look at it, then decide."), False
         )
         return True
 
