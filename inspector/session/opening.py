@@ -416,7 +416,7 @@ def opening_notes(
                 "This version also looks for new kinds of errors: {found}.",
                 found=found,
             )
-        if tracking := data.session.state.tracking:
+        if tracking := data.review.state.tracking:
             message += " " + tr("It includes tracking: {what}.", what=of_core(tracking.what))
         yield message, False
     if rig := data.analysis.rig:
