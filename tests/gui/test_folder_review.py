@@ -14,7 +14,7 @@ from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import act, open_clip
+from tests.gui.windows import act, decisions, open_clip
 from twistcore.review import Decision
 
 
@@ -192,6 +192,16 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     with qtbot.waitSignal(document.opened, timeout=20_000):
         window.open_path(third)
     assert not dialog.isVisible()  # it would export the new clip under the old one's name
+
+
+def test_an_export_that_leaves_intervals_undecided_says_how_many(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    document = window.document
+    left = sum(j.interval.correctable for j in document.intervals)
+    assert set(decisions(window)) == {Decision.UNDECIDED}
+    with qtbot.waitSignal(document.opened, timeout=60_000):
+        window.files.export_dialog(at_once=True)
+    qtbot.waitUntil(lambda: f"{left} undecided" in window.bar.label.text(), timeout=20_000)
 
 
 @pytest.mark.thorough

@@ -8,12 +8,17 @@ import sys
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QDir, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QMessageBox
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.opening import ClipMissingError, analyse_session
-from inspector.session.session_files import kept_sessions, refuge_path, session_path
+from inspector.session.session_files import (
+    SESSION_PATTERNS,
+    kept_sessions,
+    refuge_path,
+    session_path,
+)
 from inspector.session.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
@@ -343,3 +348,10 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
         told, verdicts, saved = review()
         assert "could not be renamed" in told
         assert (verdicts, saved) == ("0", "True")
+
+
+def test_a_lock_is_not_offered_as_a_session():
+    offered = ["walk.twist.json", "walk.twist.json.journal", "walk.twist.json.journal-2",
+               "walk.twist.json.earlier", "walk_refined.replay.json"]  # fmt: skip
+    assert all(QDir.match(SESSION_PATTERNS.split(), name) for name in offered)
+    assert not QDir.match(SESSION_PATTERNS.split(), "walk.twist.json.journal.lock")

@@ -20,6 +20,7 @@ from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import opening_notes
 from inspector.session.session_files import journals, session_path
+from inspector.widgets.building import bring_to_front
 from tests.conftest import ASSETS
 from tests.gui.windows import act, press
 from tests.tiers import parametrize
@@ -251,6 +252,17 @@ def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     assert not window.guide.isVisible()
     assert not window.lesson_actions.program.aside.open
     assert window.document.review.saved
+
+
+def test_a_tour_left_on_the_teaching_tab_returns_to_the_intervals(qtbot, at_forearm):
+    bring_to_front(at_forearm.docks["intervals"])
+    act(at_forearm, "tour")
+    player = at_forearm.lesson_actions.player
+    qtbot.waitUntil(lambda: player.at == 0, timeout=10_000)
+    player.forward.click()
+    qtbot.waitUntil(lambda: not at_forearm.docks["teaching"].visibleRegion().isEmpty())
+    player.leave.click()
+    qtbot.waitUntil(lambda: not at_forearm.docks["intervals"].visibleRegion().isEmpty())
 
 
 @pytest.mark.thorough
