@@ -51,6 +51,7 @@ class IntervalsPanel(QWidget):
     activated = Signal()  # a row was double-clicked
     # With the number of selected intervals, including those in a selected group
     ids_changed = Signal(tuple)
+    row_selected = Signal()  # an interval was selected in the table
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -441,6 +442,7 @@ class IntervalsPanel(QWidget):
         self._clicked = True
         document.select_interval(judged.id, jump=True)
         self._clicked = False
+        self.row_selected.emit()
 
     def _report_number(self) -> None:
         if not self._refreshing:

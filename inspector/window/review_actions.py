@@ -151,6 +151,13 @@ class ReviewActions:
         first, last = self.visible.ends
         return judged.interval.start <= last and judged.interval.stop >= first
 
+    def show_whole(self) -> None:
+        """Zoom the plots to the selected interval if a part of it is not visible."""
+        judged, (first, last) = self.document.interval, self.visible.ends
+        whole = judged is None or (judged.interval.start >= first and judged.interval.stop <= last)
+        if not whole and self.settings.zoom_to_interval:
+            self.visible.zoom_to_interval()
+
     def _out_of_view(self) -> bool:
         judged = self.document.interval
         if judged is None or self.player.playing or self.intervals.has_several_selected:

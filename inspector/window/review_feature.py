@@ -51,6 +51,7 @@ class Reviewing(FeatureParts):
             lambda text: window.statusBar().showMessage(text, _STATUS_MS), window,
         )  # fmt: skip
         self.intervals.activated.connect(visible.zoom_to_interval)
+        self.intervals.row_selected.connect(self.review_actions.show_whole)
         self.intervals.unfold_with(actions["next_frame"], actions["previous_frame"])
         self.intervals.ids_changed.connect(self.detail.show_selected)
         self.intervals.context_menu([actions[name] for name in _ON_ROWS])

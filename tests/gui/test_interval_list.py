@@ -254,3 +254,19 @@ def test_a_new_user_sees_the_worst_first():
     words = "from inspector.session.settings import Settings; print(Settings().order)"
     found = subprocess.run([sys.executable, "-c", words], text=True, capture_output=True)
     assert found.stdout.strip() == "worst", found.stderr
+
+
+def test_a_row_that_is_clicked_shows_the_whole_interval_in_the_plots(qtbot, at_forearm):
+    document, visible = at_forearm.document, at_forearm.timeline.visible
+    short = min(document.intervals, key=lambda j: j.interval.frames)
+    long = max(document.intervals, key=lambda j: j.interval.frames)
+    document.select_interval(short.id, jump=True)
+    visible.zoom_to_interval()
+    table = at_forearm.intervals.table
+    row = next(r for r in range(table.model().rowCount())
+               if at_forearm.intervals._thing(r).judged.id == long.id)  # fmt: skip
+    at = table.visualRect(table.model().index(row, 0)).center()
+    qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
+    qtbot.waitUntil(lambda: document.interval_id == long.id)
+    first, last = visible.ends
+    assert first <= long.interval.start < long.interval.stop <= last
