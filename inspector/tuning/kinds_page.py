@@ -11,7 +11,7 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QComboBox, QStackedLayout, QWidget
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import announced, of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.tuning.cost_plot import PercentAxis
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
@@ -216,7 +216,7 @@ class KindsPage(QWidget):
             return {self._label(chain): count for chain, count in sorted(by_chain.items())}
         by_kind = count_by(verdicts, lambda v: v.kind)
         ordered = sorted(by_kind.items(), key=lambda item: item[0].info.place)
-        return {tr(kind.info.label): count for kind, count in ordered}
+        return {announced(kind.info.label): count for kind, count in ordered}
 
     def _label(self, chain: str) -> str:
         try:
