@@ -56,7 +56,7 @@ SENTENCES = {
     "name: rule affected>2": "rule 'affected>2': expected a percentage, as in 'affected>2%'",
     "review: detection": "<Detection walk_injected.bvh: 8 intervals by consistency>",
     "review: no edge": "0.0° at frame 50 is below τ = 1.5°: LeftForeArm +0.0°, LeftHand +0.0° beyond what the motion explains.",
-    "review: in an interval": "Frame 122 is in an interval: counter-twist 122–138 (−20.8°). 20.8° at frame 122 is above τ.",
+    "review: in an interval": "Frame 122 is in an interval: counter-twist 122–138 (−20.8°). The strength is 20.8°, above τ.",
     "review: 1": "Accept interval",
     "review: 2": "Note on interval 1",
     "review: 3": "Set τ of LeftArm",

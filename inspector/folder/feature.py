@@ -50,7 +50,7 @@ _FILE: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("save_clip_table", tr("Save the table of clips…"), (),
                tr("Save the listed clips of the folder as a CSV file"),
                do=lambda p: p.folder_actions.save_clip_table()),
-    ActionSpec("write_report", tr("Write the batch's report"), (),
+    ActionSpec("write_report", tr("Write the batch report"), (),
                tr("Write the report of a folder made by `twistcore batch`, with your decisions"),
                do=lambda p: p.folder_actions.write_report()),
 )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from inspector.bundled import EXERCISE_PAGE
@@ -19,10 +21,11 @@ def exercise_page() -> tuple[str, str, str]:
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
-def score_text(result: ExerciseScore, first_frame: int) -> str:
+def score_text(result: ExerciseScore, first_frame: int, label: Callable[[str], str]) -> str:
     """Return the result of an exercise as Markdown.
 
-    `first_frame` is the number of the clip's first frame.
+    `first_frame` is the number of the clip's first frame. `label` returns the displayed name of a
+    chain.
     """
     lines = [
         tr(
@@ -41,7 +44,7 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
     ):
         if rows:
             lines += [f"{title}:", ""]
-            lines += [_row(r, first_frame) for r in rows]
+            lines += [_row(r, first_frame, label(r.chain)) for r in rows]
             lines.append("")
     if result.left:
         lines.append(
@@ -54,11 +57,11 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
     return "\n".join([*lines, "", then])
 
 
-def _row(found: InjectedError | Interval, first: int) -> str:
+def _row(found: InjectedError | Interval, first: int, chain: str) -> str:
     largest = found.offset[int(np.argmax(np.abs(found.offset)))]
     degrees = f"{signed(np.degrees(largest), 0)}°"
     frames = tr(
         "{start} to {stop}", start=found.start + first, stop=found.stop + first
     )  # as in the columns Start and Stop of the table
-    place = f"{found.chain}, {frames}, {degrees}"
+    place = f"{chain}, {frames}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
-from inspector.language import plural, tr, tr_as
+from inspector.language import of_core, plural, tr, tr_as
 from inspector.lessons.classroom import open_for_review, open_for_student, with_hidden_errors
 from inspector.lessons.exercise_texts import exercise_page, score_text
 from inspector.lessons.guide_card import leave_button
@@ -173,18 +173,23 @@ class Exercise(QObject):
             judged = sum(j.decision != Decision.UNDECIDED for j in intervals)
             button = tr_as("button", "Score") if self._class is None else tr("Hand in")
             task = tr(
-                "{judged} of {total} intervals judged. Press *{button}* when you are done.",
-                judged=judged,
-                total=len(intervals),
+                "Insert an interval at each error. Press *{button}* when you are done.",
                 button=button,
             )
+            if intervals:
+                task = tr(
+                    "{judged} of {total} intervals judged. Press *{button}* when you are done.",
+                    judged=judged,
+                    total=len(intervals),
+                    button=button,
+                )
             self._program.guide.set_task(task)
 
     def show_score(self) -> None:
         """Show the score, with links to missed errors and wrong verdicts."""
-        guide = self._program.guide
-        self.result = result = score_exercise(self._errors, self._program.document.intervals)
-        guide.show_text(score_text(result, self._program.document.first_frame))
+        guide, document = self._program.guide, self._program.document
+        self.result = result = score_exercise(self._errors, document.intervals)
+        guide.show_text(score_text(result, document.first_frame, self._label))
         total, wrong = len(self._errors), result.false_verdicts
         found = {"found": len(result.hits), "total": total}
         words = plural(
@@ -197,6 +202,12 @@ class Exercise(QObject):
         guide.set_result(words, right)
         self.seed.setValue(self._seed % self.seed.maximum() + 1)
         self.start.setText(tr("Next exercise"))
+
+    def _label(self, chain: str) -> str:
+        try:
+            return of_core(self._program.document.find_chain(chain).label)
+        except KeyError:  # the user has removed the chain
+            return chain
 
     # -- a class ------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDialog, QDialogButtonBox, QDoubleSpinBox, QLabel, QWidget
 
-from inspector.language import tr
+from inspector.language import plural, tr
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, vbox
 from twistcore.review import Decision
@@ -65,10 +65,11 @@ class AcceptConfidentDialog(QDialog):
         find = self._document.automatic_ids
         ids = find(at_least) if intervals else ()
         also = find(at_least, include_open=True) if intervals else ()
-        text = tr(
-            "{count} of {total} undecided intervals have at least this confidence.",
+        text = plural(
+            "{count} of {n} undecided interval has at least this confidence.",
+            "{count} of {n} undecided intervals have at least this confidence.",
+            undecided,
             count=len(ids),
-            total=undecided,
         )
         if also != ids:
             left = len(also) - len(ids)

@@ -13,6 +13,7 @@ from inspector.panels.interval_columns import COLUMNS, PLACE
 from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
+from inspector.widgets.labels import capitalised
 from inspector.widgets.signed_numbers import angle_of, plain, signed
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel, TableRow
 from inspector.widgets.theme import Colours
@@ -186,7 +187,7 @@ class IntervalModel(RowModel[ListRow]):
         if all(j.verdict == SEEN for j in group.members):
             decision = tr("✓ seen")
         start = min(j.interval.start for j in group.members)
-        name = of_core(group.name)
+        name = capitalised(of_core(group.name))
         label = f"{of_core(chain.label)} ({count})"
         texts, sort = [""] * len(COLUMNS), list(self.describe(IntervalRow(lead, False)).sort)
         texts[PLACE["chain"]] = (_UNFOLDED if group.unfolded else _FOLDED) + label

@@ -357,9 +357,11 @@ class IntervalsPanel(QWidget):
         elif not intervals and (blind := reason_unexamined(self._document.data)):
             text = blind
         elif not intervals:
-            text = tr(
+            by_detector = tr(
                 "Nothing was found at this threshold τ.\nLower the τ line to find smaller errors."
             )
+            by_hand = tr("The list is empty. Insert an interval\nwhere you see an error.")
+            text = by_hand if self._document.data.blind else by_detector
             text = "\n".join((text, *unexamined_sentences(self._document.data)))
         else:
             text = tr("No interval matches this filter.")

@@ -421,7 +421,11 @@ class Document(OpenClip):
             except TwistError as error:  # a detector by another author may fail
                 self.message.emit(of_core(error), True)
             else:
-                self.do(Redetect(dict(tau), found, drag=drag))
+                what = ""
+                if len(tau) == 1:
+                    label = of_core(self.find_chain(next(iter(tau))).label)
+                    what = tr("Set τ of {chain}", chain=label)
+                self.do(Redetect(dict(tau), found, drag=drag, what=what))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
         """Analyse the clip with a different set of chains and use those chains, in one undo step.

@@ -68,7 +68,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Show the cost of every τ in this clip"),
                do=lambda p: p.show()),
     None,
-    ActionSpec("tau_for_chain", tr("Chain"), (), tr("Set τ for the selected chain"),
+    ActionSpec("tau_for_chain", tr("τ for the chain"), (), tr("Set τ for the selected chain"),
                group="scope", checked=True,
                do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
     ActionSpec("tau_for_segment", tr("τ for both sides"), (),

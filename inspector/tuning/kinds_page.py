@@ -11,14 +11,14 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QComboBox, QStackedLayout, QWidget
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import announced, of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.tuning.cost_plot import PercentAxis
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.widgets.axes import Axis
 from inspector.widgets.building import hbox, hint, vbox
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.labels import Caption, capitalised, inked, plain_text
+from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.tuning.verdict_counts import VerdictCount, count_by
 
@@ -216,7 +216,7 @@ class KindsPage(QWidget):
             return {self._label(chain): count for chain, count in sorted(by_chain.items())}
         by_kind = count_by(verdicts, lambda v: v.kind)
         ordered = sorted(by_kind.items(), key=lambda item: item[0].info.place)
-        return {capitalised(of_core(kind.info.label)): count for kind, count in ordered}
+        return {announced(kind.info.label): count for kind, count in ordered}
 
     def _label(self, chain: str) -> str:
         try:

@@ -23,8 +23,8 @@ from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_sc
 
 NARROW = 420  # width in pixels below which sentences are shortened
 _NOTHING = tr(
-    "Nothing has been decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
-    "accepted intervals in this clip and in the sessions of its folder, your verdicts "
+    "No counter-twist is decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
+    "accepted counter-twists in this clip and in the sessions of its folder, your verdicts "
     "suggest a τ.",
     n=ENOUGH_ERRORS,
 )

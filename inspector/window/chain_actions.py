@@ -109,7 +109,7 @@ class ChainActions:
             return
         own = document.review.state.of_chain(name)
         decided = sum(j.decision != Decision.UNDECIDED for j in own)
-        label = document.find_chain(name).label
+        label = of_core(document.find_chain(name).label)
         message = tr(
             "{chain} was removed with {intervals}, {decided} of them decided. Undo restores them.",
             chain=label,

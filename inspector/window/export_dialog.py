@@ -206,15 +206,15 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
     """Return the label of the check box that includes undecided intervals in the correction."""
     if sure != repairable:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the confident ones",
-            "Also correct {sure} of {n} undecided intervals: the confident ones",
+            "Also correct {sure} of {n} undecided interval (confident ones)",
+            "Also correct {sure} of {n} undecided intervals (confident ones)",
             total,
             sure=sure,
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the correctable ones",
-            "Also correct {sure} of {n} undecided intervals: the correctable ones",
+            "Also correct {sure} of {n} undecided interval (correctable ones)",
+            "Also correct {sure} of {n} undecided intervals (correctable ones)",
             total,
             sure=sure,
         )

@@ -86,7 +86,10 @@ def _keys(row: ActionRow[Any]) -> tuple[str, ...]:
 
 
 def _does(row: ActionRow[Any]) -> str:
-    return f"{row.text}: {row.tip}" if row.tip else row.text
+    name = row.text.rstrip("…")
+    if not row.tip:
+        return name
+    return f"{name} {row.tip}" if name.endswith("?") else f"{name}: {row.tip}"
 
 
 class KeyboardPage(QWidget):

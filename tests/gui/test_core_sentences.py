@@ -121,10 +121,12 @@ def test_a_sentence_that_nobody_knows_stays_and_english_is_as_it_was():
 
 def test_steps_of_the_history_are_said():
     decide = Decide((1, 2), Decision.ACCEPTED)
-    steps = decide, Redetect({"LeftArm": 1.0}, ()), LeaveOut(())
+    by_paper = Redetect({}, (), method="paper")
+    steps = decide, Redetect({"LeftArm": 1.0}, ()), by_paper, LeaveOut(())
     assert [of_core(step.text) for step in steps] == [
         "2 Intervalle annehmen",
         "τ von LeftArm setzen",
+        "Mit dem Detektor des Artikels suchen",
         "Alle Frames für die Abstimmung verwenden",
     ]
 

@@ -46,6 +46,12 @@ def test_a_change_of_detector_analyses_once_and_off_the_gui_thread(qtbot, open_d
     assert asked[0] is not threading.main_thread()
 
 
+def test_a_change_of_tau_is_named_with_the_chains_label(open_document):
+    document = open_document(INJECTED)
+    document.set_tau(0.3, "LeftForeArm")
+    assert document.review.undo_text == "Set τ of Left ForeArm"
+
+
 def test_while_another_detector_is_at_work_nothing_is_changed(qtbot, open_document):
     document = open_document(INJECTED)
     before = document.review.state

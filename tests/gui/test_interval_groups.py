@@ -72,7 +72,10 @@ def decided(window):
 
 def test_a_group_is_one_row_that_counts_its_intervals(kick):
     assert texts(kick, "chain") == ["Left Arm", "▸ Right leg (13)", "▸ Right leg (2)"]
-    assert texts(kick, "stop")[1:] == [SERIES_NAME, "Right knee flips and the jump at its edge"]
+    assert texts(kick, "stop")[1:] == [
+        SERIES_NAME.replace("the", "The", 1),
+        "Right knee flips and the jump at its edge",
+    ]
     assert texts(kick, "start") == ["39", "14", "174"]
     assert kick.intervals.count.text() == "0 of 16 decided · 2 groups"
     assert len(kick.intervals.shown_ids()) == FOUND
@@ -290,7 +293,7 @@ def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_pa
 
 def test_a_filter_decides_what_is_in_a_group(qtbot, kick):
     kick.intervals.search.setText("flip")
-    assert texts(kick, "stop")[0] == "the same error 5 times: right knee flips"
+    assert texts(kick, "stop")[0] == "The same error 5 times: right knee flips"
     press(qtbot, kick, KEY.Key_N)
     press(qtbot, kick, KEY.Key_A)
     assert len(decided(kick)) == 5  # A and R never judge what is not listed

@@ -77,6 +77,23 @@ def test_the_exercise_names_what_to_press_as_the_window_does(chosen):
     assert f"*{language.tr_as('button', 'Score')}*" in task
 
 
+@pytest.mark.parametrize(
+    ("german", "english"),
+    [
+        (r"\bRollen?\b", r"\brole"),  # of a joint's name; a roll is a Rollung
+        (r"\bBild(er|ern|es|s)?\b", r"image|picture"),  # a frame is a Frame
+        (r"\bVeröffentlichung\b", r"publi"),  # the paper is the Artikel
+        (r"Geben Sie die Datei (?!an)", "Enter"),
+    ],
+)
+def test_a_word_of_german_means_one_thing(german, english):
+    for entry in polib.pofile(str(LANGUAGES / "de.po")):
+        for text in (entry.msgstr, *entry.msgstr_plural.values()):
+            assert not re.search(german, text) or re.search(english, entry.msgid, re.I), text
+    for path in (LESSONS / "de").iterdir():
+        assert not re.search(german, path.read_text("utf-8")), path.name
+
+
 # -- a lesson as a web page -----------------------------------------------------------------------
 
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 
+from inspector.language import use_language
 from inspector.session.export_files import ExportChoice
 from inspector.session.opening import analyse_file
 from inspector.session.rig_profiles import rig_path
@@ -152,6 +153,14 @@ def test_the_right_button_removes_a_chain_and_undo_brings_its_decisions_back(qtb
     assert not [j for j in document.intervals if j.interval.chain == "LeftForeArm"]
     assert window.bar.label.text()
     act(window, "undo")
+    use_language("de")
+    try:
+        with qtbot.waitSignal(document.chains_changed, timeout=10_000):
+            remove.trigger()
+        assert document.review.undo_text == "Kette Unterarm links entfernen"
+        act(window, "undo")
+    finally:
+        use_language("en")
     assert document.review.state is before
     assert "LeftForeArm" in shown(window)
     assert document.review.state.find(own[0]).decision == Decision.ACCEPTED

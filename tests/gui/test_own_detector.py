@@ -109,7 +109,7 @@ def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
     assert told["checked"] == ["use_steps"]
     assert told["before"] == "consistency"
     assert told["other"] == ["steps", "The detector of steps"]
-    assert told["heads"] == ["Ours\nτ", "Paper's\nτ", "Steps\nτ"]
+    assert told["heads"] == ["Our\nτ", "Paper's\nτ", "Steps\nτ"]
     assert told["cost"][0].endswith("°")
     assert told["confidence"] == (
         "The detector of steps has no confidence, so there is nothing to learn."

@@ -378,6 +378,8 @@ def test_in_find_nothing_is_listed_and_what_is_inserted_counts(qtbot, at_forearm
     start_exercise(qtbot, at_forearm, "Find", 4)
     document = at_forearm.document
     assert document.intervals == ()
+    assert "Insert an interval at each error." in at_forearm.guide.task.text()
+    assert "τ" not in at_forearm.intervals._hint.text()  # no threshold applies here
     error = max(at_forearm.lesson_actions.hidden_errors._errors, key=lambda e: e.stop - e.start)
     document.select_chain(error.chain)
     document.go_to((error.start + error.stop) // 2)
@@ -472,6 +474,10 @@ def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(
     exercise.score_button.click()
     assert guide.task.text() == f"✗ 1 of {len(truth)} errors found, 0 false verdicts"
     assert theme.rejected in guide.task.styleSheet()
+    listed = guide.body.toPlainText()
+    for chain in {e.chain for e in exercise._errors}:
+        assert document.find_chain(chain).label in listed
+        assert chain not in listed
     for j in document.intervals:
         if (j.interval.chain, j.interval.start) in truth:
             document.do(Decide((j.id,), Decision.ACCEPTED, "me", document.now()))

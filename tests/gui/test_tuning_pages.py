@@ -162,7 +162,7 @@ def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
     assert min(shares) <= total <= max(shares)
     model_tip = model.index(4, 2).data(Qt.ItemDataRole.ToolTipRole)
     assert "95 % confidence" in model_tip
-    assert model.heads[1:4] == ("Ours\nτ", "Ours\nFSR %", "Ours\nalarms")
+    assert model.heads[1:4] == ("Our\nτ", "Our\nFSR %", "Our\nalarms")
     act(window, "both_costs")
     assert cells(window)[2][0] == "Left ForeArm"
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
+from inspector.language import use_language
 from inspector.lessons.classroom import open_for_review
 from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.session.document import BLIND
@@ -74,7 +75,7 @@ def test_nobody_has_decided_anything(qtbot, show_window, tmp_path):
     look(qtbot, window, page)
     assert page.hint.isVisible()
     assert "(A)" in page.hint.text()
-    assert "10 accepted" in page.hint.text()
+    assert "10 accepted counter-twists" in page.hint.text()  # verdicts on other kinds do not count
     look(qtbot, window, window.tuning.confidence)
     assert "20" in window.tuning.confidence.hint.text()
     assert not window.tuning.confidence.use.isEnabled()
@@ -298,6 +299,11 @@ def test_each_kind_has_a_bar_with_its_precision(qtbot, window):
     row = list(found).index("Counter-twists")
     assert ends[row] == pytest.approx(100.0 * listed / (listed + alarms))
     assert "Counter-twists" in page.plot.accessibleDescription()
+    use_language("de")
+    try:
+        assert "Gegentwists" in page.counts()
+    finally:
+        use_language("en")
 
 
 def test_a_verdict_in_this_clip_changes_its_row(qtbot, window):

@@ -123,7 +123,7 @@ assert "importlib.metadata" not in sys.modules
 
 def test_a_package_announces_a_detector(package):
     assert list(DETECTORS) == ["consistency", "paper", "steps"]
-    assert [info.column for info in DETECTORS.infos()] == ["Ours", "Paper's", "Steps"]
+    assert [info.column for info in DETECTORS.infos()] == ["Our", "Paper's", "Steps"]
     assert DETECTORS.version("steps") == "steps_detector:StepsDetector 0.1"
     code, out, _ = run("detect", WALK, "--method", "steps", "--kinds", "counter-twist", "--json")
     assert (code, json.loads(out)["method"]) == (0, "steps")

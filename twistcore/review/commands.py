@@ -8,7 +8,7 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from twistcore.detection import Interval
+from twistcore.detection import DETECTORS, Interval
 from twistcore.review.model import (
     Decision,
     Judged,
@@ -290,18 +290,23 @@ class Redetect(Command):
         The new detector, or '' to keep the detector.
     drag
         A number that all commands in one drag of a τ line share, or 0 without a drag.
+    what
+        The command's name in the undo menu, '' for the usual name.
     """
 
     tau: Mapping[str, float]
     found: tuple[Interval, ...]
     method: str = ""
     drag: int = 0
+    what: str = ""
 
     @property
     def text(self) -> str:
         """The command's name in the undo menu."""
+        if self.what:
+            return self.what
         if self.method:
-            return f"Detect with {self.method}"
+            return DETECTORS.info(self.method).menu_text
         if len(self.tau) == 1:
             return f"Set τ of {next(iter(self.tau))}"
         return f"Set τ of {len(self.tau)} chains"

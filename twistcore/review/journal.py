@@ -384,7 +384,7 @@ def command_from_json(entry: Any) -> Command:
     """Convert a dict from :func:`command_to_json` to a command. Raises FormatError."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
-    entry = {"same_clip": False, "in_bulk": False, **entry}
+    entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     has(entry, *names.values())
     read = {name: _FORMS[name][1](entry[key]) for name, key in names.items()}

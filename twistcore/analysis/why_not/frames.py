@@ -185,7 +185,8 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
         size = signed_degrees(interval.shown)
         told = {"frames": frames, "size": size, "joint": interval.joint}
         what = interval.kind.info.here.format(**told)
-        side = f"{here} is above τ" if past else f"{here} is below τ"
+        at = here.partition(" at ")[0]
+        side = f"The strength is {at}, above τ" if past else f"The strength is {at}, below τ"
         text = f"{called} is in an interval: {what}. {side}."
     else:
         side = f"{here}, above τ" if past else f"{here}, below τ"

@@ -19,7 +19,7 @@ class ConsistencyDetector:
     info = DetectorInfo(
         name="consistency",
         label="our detector",
-        short="Ours",
+        short="Our",
         measures=(
             "Counter-rotation that natural motion does not explain, at the start and the "
             "stop of an interval."
