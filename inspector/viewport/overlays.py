@@ -27,7 +27,7 @@ _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
 _REACHES = 14.0, 32.0, 54.0, 80.0
 _FAR = 0.05  # cost of a pixel of distance, in units of the weight that a label covers
 _SOLID = 8.0  # weight of each cell of Crowding that a label covers
-_READ = 1000.0  # weight of each cell that must stay free, whatever else is covered
+_READ = 1000.0  # weight of each cell that must stay free, even if labels cover the figure
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the image
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
