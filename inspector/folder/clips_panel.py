@@ -182,7 +182,7 @@ class _SeverityBar(RowDelegate):
         severity = self._clips.things[index.row()].severity
         if severity <= 0.0 or self.worst <= 0.0:
             return
-        room = QRectF(option.rect).adjusted(4, 0, -6, -2)
+        room = QRectF(option.rect).adjusted(4, 0, -6, 0)
         room.setTop(room.bottom() - _BAR)
         room.setWidth(max(2.0, room.width() * (severity / self.worst) ** 0.5))
         painter.fillRect(room, QColor(self._clips.theme.before))
@@ -229,12 +229,12 @@ class ClipsPanel(QWidget):
         # A long text must not make the dock wider
         for label in (self.status, self.tau, self.precision):
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+            label.setWordWrap(True)
         self.stop = QPushButton(tr("Stop"))
         self.stop.setToolTip(tr("Stop analysing; the results so far are kept"))
         self.stop.clicked.connect(queue.cancel)
         above = hbox((self.text, 1), self.wanted, margins=(4, 2, 4, 0))
         foot = hbox((self.status, 1), self.stop, margins=(4, 0, 4, 0))
-        self.precision.setWordWrap(True)
         under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
         last = hbox((self.precision, 1), margins=(4, 0, 4, 0))
         parts = (above, (self.table, 1), self.bar, foot, under, last)

@@ -123,6 +123,7 @@ class TeachingPanel(QWidget):
 
     def _retitled(self) -> None:
         chain, document = self._taught.chain, self._taught.document
+        self.title.setWordWrap(chain is None)  # a sentence, which must be readable to its end
         if chain is None:
             limb = selected_limb(document)
             whole = (

@@ -27,6 +27,7 @@ _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
 _REACHES = 14.0, 32.0, 54.0, 80.0
 _FAR = 0.05  # cost of a pixel of distance, in units of the weight that a label covers
 _SOLID = 8.0  # weight of each cell of Crowding that a label covers
+_READ = 1000.0  # weight of each cell that must stay free, even if labels cover the figure
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the image
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
@@ -108,6 +109,11 @@ class Overlays:
             for label in (*self.sides.values(), self.angle, self.whole, self.clock):
                 label.hide()
         self.fit()
+
+    def reserve_scale(self, crowding: Crowding) -> None:
+        """Keep other overlays away from the colour scale if it is visible."""
+        if not self.scale.isHidden():
+            crowding.add_box(self.scale.geometry(), _READ)
 
     def show_legend(self, text: str) -> None:
         """Show a legend, given as rich text."""

@@ -58,6 +58,7 @@ def show_signs(
     sign, pose = drawing.sign, drawing.left
     turn = None if sign is None else sign.turn
     crowding = Crowding(*size)
+    overlays.reserve_scale(crowding)
     if pose is not None:
         _add_body(crowding, scene, pose, camera, size)
     if sign is not None:

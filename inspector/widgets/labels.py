@@ -194,7 +194,8 @@ class ElidedLabel(QLabel):
 class Headline(QLabel):
     """A line of rich text that never widens its parent, such as '<b>name</b> details'.
 
-    A text that does not fit ends with '…'. Markup characters in the text must be escaped.
+    A text that does not fit ends with '…', unless the label wraps its words. Markup characters in
+    the text must be escaped.
     """
 
     def __init__(self) -> None:
@@ -207,7 +208,7 @@ class Headline(QLabel):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint as much of the text as fits."""
-        if self.sizeHint().width() <= self.width():
+        if self.wordWrap() or self.sizeHint().width() <= self.width():
             super().paintEvent(event)
             return
         what, _, more = self.text().partition("</b>")

@@ -14,6 +14,7 @@ from inspector.widgets.labels import as_tip
 
 _SHOWN_MS = 8000
 _AROUND = 90  # pixels for margins, gaps and the close button of the bar
+_LEAST = 80  # pixels for a shortened button
 
 Answers = Sequence[tuple[str, Callable[[], object]]]
 
@@ -107,16 +108,20 @@ class MessageBar(QFrame):
     def _add(self, answers: Answers) -> None:
         for number, (name, slot) in enumerate(answers, 1):
             button = QPushButton(name)
-            button.setShortcut(f"Alt+{number}")
             button.setToolTip(as_tip(f"{name} (Alt+{number})"))
             button.clicked.connect(self.clear)
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)
         self._keys.setText(", ".join(f"Alt+{k}" for k in range(1, len(answers) + 1)))
         self._stack()
+        for number, button in enumerate(self.buttons(), 1):  # a new text would remove the shortcut
+            button.setShortcut(f"Alt+{number}")
 
     def _stack(self) -> None:
-        """Put the buttons one below the other, and hide their keys, if the view is too narrow."""
+        """Put the buttons one below the other, and hide their keys, if the view is too narrow.
+
+        A button that is still too wide, such as one with a long file name, is shortened.
+        """
         parts = (self.label, *self.buttons(), self._keys)
         wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
         view = self.parentWidget()
@@ -124,6 +129,10 @@ class MessageBar(QFrame):
         directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
         self._answers.setDirection(directions[narrow])
         self._keys.setVisible(not narrow)
+        if view is not None and narrow:
+            room = view.width() - self.label.minimumSizeHint().width() - _AROUND
+            for button in self.buttons():
+                _shorten(button, max(room, _LEAST))
 
     def clear(self) -> None:
         """Hide the bar, and discard its question."""
@@ -163,3 +172,13 @@ class MessageBar(QFrame):
         if QAccessible.isActive():
             alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
             QAccessible.updateAccessibility(alert)
+
+
+def _shorten(button: QPushButton, room: int) -> None:
+    """Replace the middle of a button's text by '…' if the button is wider than `room` pixels."""
+    too_wide = button.minimumSizeHint().width() - room
+    if too_wide > 0:
+        name, letters = button.text(), button.fontMetrics()
+        wide = letters.horizontalAdvance(name) - too_wide
+        button.setText(letters.elidedText(name, Qt.TextElideMode.ElideMiddle, wide))
+        button.setAccessibleName(name)

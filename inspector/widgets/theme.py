@@ -203,7 +203,7 @@ QTabBar::tab:bottom {{ border-top: 2px solid {line}; border-bottom-left-radius: 
   border-bottom-right-radius: 4px; }}
 QTabBar::tab:bottom:selected {{ border-top: 2px solid {accent}; }}
 QTabBar::tab:top {{ border-bottom: 2px solid {line}; border-top-left-radius: 4px;
-  border-top-right-radius: 4px; }}
+  border-top-right-radius: 4px; padding: 5px 7px; }}
 QTabBar::tab:top:selected {{ border-bottom: 2px solid {accent}; }}
 #start, #start_page {{ background: {surface}; }}
 #start_title {{ font-size: 15pt; font-weight: 600; }}

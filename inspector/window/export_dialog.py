@@ -83,6 +83,7 @@ class ExportDialog(WriteDialog):
         self.warning.setText(note)
         self.warning.hide()
         self.undecided.toggled.connect(self.warning.setVisible)
+        self.undecided.toggled.connect(self._grow)
         form = self.form
         form.addRow(tr("Write to"), self.where)
         self.count = QLabel(", ".join(words))
@@ -168,6 +169,12 @@ class ExportDialog(WriteDialog):
         self.obstacle.setText(why)
         self.obstacle.setVisible(bool(why))
         self.do_it.setEnabled(not why)
+        self._grow()
+
+    def _grow(self) -> None:
+        """Make the dialog high enough for new rows. Qt would not count the lines of long texts."""
+        if self.isVisible():
+            self.resize(self.size().expandedTo(self.sizeHint()))
 
     def choice(self) -> ExportChoice:
         """Return the chosen export options."""

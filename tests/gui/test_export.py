@@ -137,3 +137,19 @@ def test_files_of_an_interrupted_export_are_named_as_such(qtbot, window):
     assert not dialog.do_it.isEnabled()  # nobody has said that it may be replaced
     dialog.replace.setChecked(True)
     assert dialog.do_it.isEnabled()
+
+
+@pytest.mark.thorough
+def test_the_note_about_undecided_intervals_is_read_whole(qtbot, window):
+    window.document.undo()
+    window.document.undo()
+    act(window, "export_dialog")
+    dialog = window.findChild(ExportDialog)
+    dialog.undecided.click()
+    qtbot.waitUntil(
+        lambda: dialog.warning.height() >= dialog.warning.heightForWidth(dialog.warning.width())
+    )
+    assert dialog.warning.isVisible()
+    browse = dialog.where.itemAt(1).widget()
+    assert browse.height() >= browse.minimumSizeHint().height()
+    dialog.close()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
+from PySide6.QtGui import QColor
 
 from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.informative_intervals import InformativeIntervals
@@ -252,3 +253,39 @@ def test_a_double_click_opens_a_clip_once(qtbot, show_window, tmp_path):
         qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
         qtbot.mouseDClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     assert chosen == [window.document.data.clip.path]
+
+
+@pytest.mark.thorough
+def test_the_counts_are_wrapped_in_a_narrow_panel(qtbot, queue, tmp_path):
+    document = Document()
+    panel = ClipsPanel(queue, document, Colours(LIGHT), InformativeIntervals(queue, document))
+    qtbot.addWidget(panel)
+    panel.status.setText("0 of 3 clips, 0 of 33 intervals decided; 1 clean; 1 failed")
+    panel.resize(230, 300)
+    panel.show()
+    qtbot.waitExposed(panel)
+    status = panel.status
+    line = status.fontMetrics().height()
+    assert status.width() < status.fontMetrics().horizontalAdvance(status.text())
+    qtbot.waitUntil(lambda: status.height() >= status.heightForWidth(status.width()) > line)
+
+
+def test_the_bar_of_the_severity_is_below_its_digits(qtbot, queue, tmp_path):
+    document = Document()
+    for name, severity in (("a", 88.8), ("b", 2.8)):
+        path = tmp_path / name
+        queue.clips[path] = QueuedClip(path, ClipState.READY, severity, intervals=2)
+    panel = ClipsPanel(queue, document, Colours(LIGHT), InformativeIntervals(queue, document))
+    qtbot.addWidget(panel)
+    panel.resize(400, 300)
+    panel.show()
+    qtbot.waitExposed(panel)
+    table = panel.table
+    image = table.viewport().grab(table.visualRect(table.model().index(1, 1))).toImage()
+    bar, paper = QColor(LIGHT.before).rgb(), image.pixel(1, 1)
+    rows, right = range(image.height()), range(image.width() // 2, image.width() - 1)
+    barred = [y for y in rows if image.pixel(6, y) == bar]
+    inked = [y for y in rows if any(image.pixel(x, y) != paper for x in right)]
+    assert barred
+    assert inked
+    assert min(barred) > max(inked) + 1  # with a gap

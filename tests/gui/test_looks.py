@@ -20,6 +20,7 @@ from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.widgets import theme as themes
 from inspector.widgets.keyed_list import KeyedList
 from inspector.widgets.late_panel import LatePanel
+from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.keyboard_page import KeyboardPage
@@ -410,3 +411,56 @@ def test_a_theme_that_is_there_is_not_given_again(qapp, monkeypatch):
     assert given == []
     themes.apply_theme(qapp, LIGHT)
     assert len(given) == 1
+
+
+def test_a_button_with_a_long_name_is_shortened_in_a_narrow_view(qtbot):
+    view = QWidget()
+    qtbot.addWidget(view)
+    view.resize(393, 300)
+    bar = MessageBar(view)
+    name, pressed = "Open kick_with_a_long_name.bvh", []
+    bar.offer("kick_with_a_long_name.bvh is worse.", [(name, lambda: pressed.append(name))])
+    bar.setGeometry(6, 6, 381, 60)
+    view.show()
+    qtbot.waitExposed(view)
+    (button,) = bar.buttons()
+    assert button.width() >= button.minimumSizeHint().width()
+    assert button.text().startswith("Open")
+    assert "…" in button.text()
+    assert button.accessibleName() == name
+    assert name in button.toolTip()
+    assert button.shortcut().toString() == "Alt+1"
+    button.click()
+    assert pressed == [name]
+
+
+@pytest.mark.thorough
+def test_the_pages_of_tuning_and_what_they_say_fit(qtbot, window_for_clips, tmp_path):
+    window = window_for_clips(Settings(turn_ms=0))
+    resize(qtbot, window, (1024, 700))
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    act(window, "next_interval")
+    act(window, "accept")
+    act(window, "show_tuning")
+    tabs, page = window.tuning.tabs, window.tuning.verdicts
+    qtbot.waitUntil(lambda: tabs.tabBar().sizeHint().width() <= tabs.width())
+    tabs.setCurrentWidget(page)
+    qtbot.waitUntil(lambda: "are needed" in page.words.text())
+    qtbot.waitUntil(lambda: "…" not in page.words.label.text())
+    assert page.words.height() >= page.words.label.heightForWidth(page.words.width())
+
+
+@pytest.mark.thorough
+def test_teaching_says_in_full_that_a_limb_has_no_equations(qtbot, window_for_clips, tmp_path):
+    window = window_for_clips(Settings(turn_ms=0))
+    resize(qtbot, window, (1024, 700))
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    act(window, "show_teaching")
+    window.document.select_chain("RightUpLeg-RightFoot")
+    title = window.teaching.title
+    qtbot.waitUntil(lambda: "is a limb" in title.text())
+    line = title.fontMetrics().height()
+    qtbot.waitUntil(lambda: title.height() >= title.heightForWidth(title.width()) > 1.5 * line)
+    window.document.select_chain("RightUpLeg")
+    qtbot.waitUntil(lambda: title.text().startswith("Right UpLeg"))
+    assert not title.wordWrap()

@@ -344,3 +344,20 @@ def test_the_fan_of_an_almost_straight_limb_is_outside_its_skin():
     assert np.linalg.norm(wide.at(np.array([1.0]))[0] - middle) == pytest.approx(0.1)
     assert wide.aside @ across == pytest.approx(0.1 * 0.02)  # the same direction
     assert narrow.widened(0.01) is narrow
+
+
+@pytest.mark.thorough
+def test_nothing_covers_the_scale_of_the_offset(qtbot, document, show_view):
+    insert_twist(document)
+    view = show_view(document)
+    view.focus_chain()
+    view.look(split=True, by_offset=True)
+    settle(qtbot, view)
+    over = view.overlays
+    for _ in range(8):
+        view.steer(lambda camera: camera.orbited(0.25 * np.pi, 0.0))
+        settle(qtbot, view)
+        parts = [over.whole, over.clock, over.angle, *over.sides.values()]
+        shown = [part.geometry() for part in parts if part.isVisible()]
+        assert shown
+        assert not any(box.intersects(over.scale.geometry()) for box in shown)
