@@ -206,6 +206,6 @@ class LessonActions:
         if self._list_as_before is not None:
             self._list_as_before()
             self._list_as_before = None
-            if not self._taught_before:
+            if self.program.taught.active and not self._taught_before:
                 self.program.show_intervals()
         self.program.aside.put_back()

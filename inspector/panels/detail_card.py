@@ -186,9 +186,13 @@ class DetailCard(QWidget):
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
+        self.several.setVisible(number > 1)
+        if number < 2:
+            return
         sentences = [tr("{n} intervals are selected. A decision applies to all of them.", n=number)]
-        intervals = (j.interval for j in self._document.intervals if j.id in ids)
-        doubtful = (i.evidence or {} for i in intervals if i.open)  # the evidence takes time
+        selected = set(ids)
+        intervals = (j.interval for j in self._document.intervals if j.id in selected)
+        doubtful = (i.evidence or {} for i in intervals if i.open)
         if worse := sum(bool(evidence.get("worse")) for evidence in doubtful):
             sentences.append(
                 plural(
@@ -198,7 +202,6 @@ class DetailCard(QWidget):
                 )
             )
         self.several.set_plain(" ".join(sentences))
-        self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:
         """Show a new clip. A note that was typed for the previous clip has already been stored."""

@@ -441,10 +441,12 @@ class IntervalsPanel(QWidget):
         judged = thing.undecided if isinstance(thing, GroupRow) else thing.judged
         if self._groups.whole and document.interval_id in thing.ids:
             return  # the interval is already selected as a part of its group
+        moved = document.interval_id != judged.id  # if not, it was selected elsewhere
         self._clicked = True
         document.select_interval(judged.id, jump=True)
         self._clicked = False
-        self.row_selected.emit()
+        if moved:
+            self.row_selected.emit()
 
     def _report_number(self) -> None:
         if not self._refreshing:

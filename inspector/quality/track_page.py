@@ -221,7 +221,6 @@ class TrackPage(QWidget):
         self._enable()
         if self._reviewed_last is not None:
             self._show(self._reviewed_last)
-            self._enable()
 
     def _follow_review(self) -> None:
         """Show the review's tracking settings after an undo, a redo or a journal's restoration."""
@@ -232,7 +231,6 @@ class TrackPage(QWidget):
         requested, self._requested = self._requested, None
         if tracking is not None and tracking is not requested:
             self._show(tracking)
-        self._enable()
 
     def _show(self, tracking: Tracking) -> None:
         """Show the settings of a tracking request."""
@@ -278,9 +276,7 @@ class TrackPage(QWidget):
             box.setVisible(not spline)
         for button in (self.hand, self.learned):
             button.setVisible(not spline)
-        # Bursts have cut-offs of their own, which the line about the result shows
-        bursts = self._reviewed_last is not None and bool(self._reviewed_last.bursts)
-        self.cutoff.setVisible(spline and not bursts)
+        self.cutoff.setVisible(spline)
         self._show_plots()
 
     def _show_plots(self) -> None:
@@ -328,7 +324,11 @@ class TrackPage(QWidget):
             rest = tuple(name for name in rows if name not in done)
             if tracking.bursts:
                 self.done.set_plain(
-                    tr("Smoothed: {bursts}; other frames unchanged", bursts=of_core(tracking.what))
+                    tr(
+                        "Smoothed: {bursts} (cut-off {cutoff:.1f} Hz); other frames unchanged",
+                        bursts=of_core(tracking.what),
+                        cutoff=tracking.cutoff,
+                    )
                 )
             else:
                 self.done.set_plain(_done_words(tracking, done, rest, place))

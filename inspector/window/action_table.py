@@ -252,7 +252,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("show_all", tr("Plots: show all"), ("Shift+Z",),
                    needs="clip", do=lambda p: p.timeline.visible.show_all()),
         Switch("zoom_each", tr("Plots: zoom to every interval"), (),
-               tr("Zoom to the interval after N, A or R"), checked=True,
+               tr("Zoom to the interval after N, A, R or a click on its row"), checked=True,
                turn=lambda p, on: setattr(p.settings, "zoom_to_interval", on)),
         ActionSpec("fit_heights", tr("Plots: fit heights"), ("Shift+F",),
                    tr("Show all values in every plot"),

@@ -134,8 +134,8 @@ def test_of_two_runs_into_one_folder_the_second_is_told(tmp_path):
     codes = sorted(one.returncode for one in both)
     assert codes in ([0, 0], [0, 2])
     if codes == [0, 2]:
-        (told,) = [text for one, text in zip(both, said, strict=True) if one.returncode]
-        assert "another run of twistcore batch is writing to this folder" in told
+        (printed,) = [text for one, text in zip(both, said, strict=True) if one.returncode]
+        assert "another run of twistcore batch is writing to this folder" in printed
     assert sorted(p.name for p in Path(out, "corrected").iterdir()) == sorted(
         p.name for p in folder.iterdir()
     )

@@ -160,20 +160,20 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     document = Document()
     informative = InformativeIntervals(queue, document)
     panel = ClipsPanel(queue, document, Colours(LIGHT), informative)
-    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
-    told += "1 not checked; 1 failed"
-    assert panel.status.text() == told
+    printed = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
+    printed += "1 not checked; 1 failed"
+    assert panel.status.text() == printed
     queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first
     queue.changed.emit()
-    assert panel.status.text() == told.replace("1 of 3", "0 of 3")
-    for clip, state, told in (
+    assert panel.status.text() == printed.replace("1 of 3", "0 of 3")
+    for clip, state, printed in (
         (cut, "truncated", "286 frames are missing"),
         (partly, "partly checked", "2 arms and legs were not examined"),
     ):
         (thing,) = [one for one in panel._model.things if one.path == clip]
         shown = panel._model.describe(thing)
         assert shown.texts[2] == state
-        assert told in shown.tips[0]
+        assert printed in shown.tips[0]
     panel.deleteLater()
     assert [queue.clips[p].clean for p in (a, b, c, d, nothing, cut, partly)] == [
         *[False] * 3, True, *[False] * 3

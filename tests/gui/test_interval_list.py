@@ -270,3 +270,9 @@ def test_a_row_that_is_clicked_shows_the_whole_interval_in_the_plots(qtbot, at_f
     qtbot.waitUntil(lambda: document.interval_id == long.id)
     first, last = visible.ends
     assert first <= long.interval.start < long.interval.stop <= last
+    document.select_interval(short.id)
+    visible.show(long.interval.start, long.interval.stop - 2)
+    ends = visible.ends
+    document.select_interval(long.id)  # as by a drag in the plots, which must not move
+    qtbot.wait(30)
+    assert visible.ends == ends

@@ -434,11 +434,17 @@ def test_a_button_with_a_long_name_is_shortened_in_a_narrow_view(qtbot):
     assert pressed == [name]
 
 
-@pytest.mark.thorough
-def test_the_pages_of_tuning_and_what_they_say_fit(qtbot, window_for_clips, tmp_path):
+def small_window(qtbot, window_for_clips, folder):
+    """A window of 1024×700 with the sample."""
     window = window_for_clips(Settings(turn_ms=0))
     resize(qtbot, window, (1024, 700))
-    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", folder))
+    return window
+
+
+@pytest.mark.thorough
+def test_the_pages_of_tuning_and_what_they_say_fit(qtbot, window_for_clips, tmp_path):
+    window = small_window(qtbot, window_for_clips, tmp_path)
     act(window, "next_interval")
     act(window, "accept")
     act(window, "show_tuning")
@@ -452,9 +458,7 @@ def test_the_pages_of_tuning_and_what_they_say_fit(qtbot, window_for_clips, tmp_
 
 @pytest.mark.thorough
 def test_teaching_says_in_full_that_a_limb_has_no_equations(qtbot, window_for_clips, tmp_path):
-    window = window_for_clips(Settings(turn_ms=0))
-    resize(qtbot, window, (1024, 700))
-    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    window = small_window(qtbot, window_for_clips, tmp_path)
     act(window, "show_teaching")
     window.document.select_chain("RightUpLeg-RightFoot")
     title = window.teaching.title

@@ -59,12 +59,12 @@ def test_doubts_stand_for_the_other_side_of_the_clip():
     doubt = "the path of the knee would get longer"
     for kind, owner in ((Kind.LIMB_FLIP, limb), (Kind.HELPER_ROLL, helper_of(chain))):
         plain = replace(twist.interval, kind=kind, open=True, explain=dict)
-        told = explanation(replace(twist, interval=plain), owner, 0)
-        assert "Not corrected automatically" in told
+        printed = explanation(replace(twist, interval=plain), owner, 0)
+        assert "Not corrected automatically" in printed
         doubted = replace(plain, explain=lambda: {"doubts": [doubt]})
-        told = explanation(replace(twist, interval=doubted), owner, 0)
-        assert f"Reasons for doubt: {doubt}" in told
-        assert "Not corrected automatically" not in told
+        printed = explanation(replace(twist, interval=doubted), owner, 0)
+        assert f"Reasons for doubt: {doubt}" in printed
+        assert "Not corrected automatically" not in printed
 
 
 def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
@@ -72,9 +72,9 @@ def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
     twist = Review.of(found).state.intervals[0]
     chain = found.analysis.chain(twist.interval.chain)
     left_open = found.analysis.left_open(twist.interval)
-    told = explanation(replace(twist, interval=left_open), chain, 0)
-    assert f"Reasons for doubt: {RESTLESS_DOUBT}" in told
-    assert "Not corrected automatically:" not in told
+    printed = explanation(replace(twist, interval=left_open), chain, 0)
+    assert f"Reasons for doubt: {RESTLESS_DOUBT}" in printed
+    assert "Not corrected automatically:" not in printed
 
 
 def helper_of(chain):

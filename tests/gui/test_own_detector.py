@@ -103,19 +103,19 @@ def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
         [sys.executable, "-c", PROGRAM, site, clip], text=True, capture_output=True, check=False
     )
     assert found.returncode == 0, found.stderr
-    told = json.loads(found.stdout.splitlines()[-1])
+    printed = json.loads(found.stdout.splitlines()[-1])
     measures = "Jumps of the parent's twist, and the jump back."
-    assert told["row"] == ["Detect with the detector of steps", measures, False]
-    assert told["checked"] == ["use_steps"]
-    assert told["before"] == "consistency"
-    assert told["other"] == ["steps", "The detector of steps"]
-    assert told["heads"] == ["Our\nτ", "Paper's\nτ", "Steps\nτ"]
-    assert told["cost"][0].endswith("°")
-    assert told["confidence"] == (
+    assert printed["row"] == ["Detect with the detector of steps", measures, False]
+    assert printed["checked"] == ["use_steps"]
+    assert printed["before"] == "consistency"
+    assert printed["other"] == ["steps", "The detector of steps"]
+    assert printed["heads"] == ["Our\nτ", "Paper's\nτ", "Steps\nτ"]
+    assert printed["cost"][0].endswith("°")
+    assert printed["confidence"] == (
         "The detector of steps has no confidence, so there is nothing to learn."
     )
-    assert "the paper's m(t)" in told["curves"]
-    assert "automatic τ 10.00°" in told["curves"]
+    assert "the paper's m(t)" in printed["curves"]
+    assert "automatic τ 10.00°" in printed["curves"]
     state = read_session(clip.with_name("walk.twist.json")).state
     assert state.method == "steps"
     assert sum(j.decision == "accepted" for j in state.intervals) == 1

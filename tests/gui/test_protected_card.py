@@ -59,12 +59,12 @@ def test_a_doubt_is_said_once_and_no_other_side_is_blamed():
     worse = measure(ROLL)
     evidence = {**judged.interval.evidence, "doubts": [worse.doubt, "so what"], "worse": [ROLL]}
     interval = replace(judged.interval, open=True, explain=lambda: evidence)
-    told = explanation(
+    printed = explanation(
         replace(judged, interval=interval), found.analysis.chain(interval.chain), 0, [worse]
     )
-    assert told.count(worse.doubt) == 1
-    assert "so what" in told
-    assert "Not corrected automatically:" not in told
+    assert printed.count(worse.doubt) == 1
+    assert "so what" in printed
+    assert "Not corrected automatically:" not in printed
 
 
 def test_a_correction_by_hand_that_makes_something_worse_is_told_and_stays_possible(qtbot, window):

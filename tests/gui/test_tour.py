@@ -255,14 +255,25 @@ def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
 
 
 def test_a_tour_left_on_the_teaching_tab_returns_to_the_intervals(qtbot, at_forearm):
-    bring_to_front(at_forearm.docks["intervals"])
+    docks, player = at_forearm.docks, at_forearm.lesson_actions.player
+    bring_to_front(docks["intervals"])
     act(at_forearm, "tour")
-    player = at_forearm.lesson_actions.player
     qtbot.waitUntil(lambda: player.at == 0, timeout=10_000)
     player.forward.click()
-    qtbot.waitUntil(lambda: not at_forearm.docks["teaching"].visibleRegion().isEmpty())
+    qtbot.waitUntil(lambda: not docks["teaching"].visibleRegion().isEmpty())
     player.leave.click()
-    qtbot.waitUntil(lambda: not at_forearm.docks["intervals"].visibleRegion().isEmpty())
+    qtbot.waitUntil(lambda: not docks["intervals"].visibleRegion().isEmpty())
+
+
+def test_a_tour_leaves_another_tab_that_the_user_selects_in_front(qtbot, at_forearm):
+    docks, player = at_forearm.docks, at_forearm.lesson_actions.player
+    act(at_forearm, "tour")
+    qtbot.waitUntil(lambda: player.at == 0, timeout=10_000)
+    bring_to_front(docks["history"])
+    qtbot.waitUntil(lambda: not docks["history"].visibleRegion().isEmpty())
+    player.leave.click()
+    qtbot.wait(30)
+    assert not docks["history"].visibleRegion().isEmpty()
 
 
 @pytest.mark.thorough

@@ -69,9 +69,9 @@ def test_clips_that_are_gone_or_changed_have_what_the_run_noted(tmp_path, kick):
     changed = replace(kick, name="changed.bvh", source=str(tmp_path / "changed.bvh"))
     far = replace(kick, name="far.bvh", source="s3://bucket/far.bvh")
     done = written(tmp_path, [gone, changed, far])
-    told = {"gone": "does not exist", "changed": "changed after", "far": "on this computer"}
+    printed = {"gone": "does not exist", "changed": "changed after", "far": "on this computer"}
     assert len(done.problems) == 3
-    for name, why in told.items():
+    for name, why in printed.items():
         assert sum(why in problem for problem in done.problems) == 1
         page = text(tmp_path, f"clips/{name}.bvh.html")
         assert why in page

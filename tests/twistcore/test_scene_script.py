@@ -17,7 +17,7 @@ from twistcore.analysis.correction import refine
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
-from twistcore.review import Decide, Decision, write_session
+from twistcore.review import Decide, Decision, Track, Tracking, write_session
 from twistcore.review.model import constant_interval
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler
@@ -300,6 +300,21 @@ def test_the_command(capsys, tmp_path, program):
     assert "accepted by Ada" in text
     code, _, err = run(capsys, "export", session, CLIP.path, "--script", program, "-o", session)
     assert (code, err.count("\n")) == (2, 1)
+
+
+def test_the_command_names_what_is_tracked_but_no_position(capsys, tmp_path):
+    """The script sets rotations only, so the tracked position is named as left out."""
+    review = fresh()
+    review.do(Decide((review.state.intervals[0].id,), Decision.ACCEPTED, "Ada"))
+    review.do(Track(Tracking(("LeftHand", "RightHand"), place=True, spline=True, cutoff=5.0)))
+    session, out = tmp_path / "a.twist.json", tmp_path / "keys.py"
+    write_session(CLIP, review.state, session)
+    words = ("export", session, CLIP.path, "--script", "blender", "-o", out)
+    code, printed, err = run(capsys, *words)
+    assert code == 1
+    assert "tracking of 2 joints;" in printed
+    assert "position" not in printed
+    assert "position" in err
 
 
 def test_nothing_accepted_is_one_sentence(capsys, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from twistcore.cli.clip_inputs import tell_clip
 from twistcore.cli.output import count_of, note, refuse_overwrite, remark
@@ -40,8 +41,8 @@ def export_command(arguments: argparse.Namespace) -> int:
     write_atomically(arguments.output, text.encode("utf-8"))
     joints = int((clip.motion.rotations != corrected.rotations).any(axis=(0, 2)).sum())
     count = f"{count_of(len(accepted), 'interval')} on {count_of(joints, 'joint')}"
-    if state.tracking is not None:
-        count += f", including {state.tracking.what}"
+    if state.tracking is not None and state.tracking.joints:
+        count += f", with tracking of {replace(state.tracking, place=False).what}"
     where = f"run it in {_PROGRAMS[arguments.script]}, in the scene of the clip"
     remark(f"{arguments.output}: {count}; {where}")
     return _tell_place(arguments, state.tracking is not None and state.tracking.place)

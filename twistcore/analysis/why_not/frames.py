@@ -13,7 +13,14 @@ from twistcore.analysis.clip_analysis import REPAIRED, Detection
 from twistcore.analysis.why_not.counter_twist import no_counter_twist
 from twistcore.analysis.why_not.given_up import BESIDE
 from twistcore.analysis.why_not.limb_flip import no_limb_flip
-from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees
+from twistcore.analysis.why_not.reason import (
+    AskedFrame,
+    EdgesIn,
+    Reason,
+    Why,
+    distinct_sizes,
+    signed_degrees,
+)
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis
@@ -185,8 +192,8 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
         size = signed_degrees(interval.shown)
         told = {"frames": frames, "size": size, "joint": interval.joint}
         what = interval.kind.info.here.format(**told)
-        at = here.partition(" at ")[0]
-        side = f"The strength is {at}, above τ" if past else f"The strength is {at}, below τ"
+        shown, _ = distinct_sizes(strength, tau)
+        side = f"The strength is {shown}, above τ" if past else f"The strength is {shown}, below τ"
         text = f"{called} is in an interval: {what}. {side}."
     else:
         side = f"{here}, above τ" if past else f"{here}, below τ"
