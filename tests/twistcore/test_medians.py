@@ -8,7 +8,14 @@ import pytest
 from scipy.ndimage import median_filter
 
 from twistcore.skeleton import medians as medians_module
-from twistcore.skeleton.medians import median, medians, quantile, quantiles, running_medians
+from twistcore.skeleton.medians import (
+    extended,
+    median,
+    medians,
+    quantile,
+    quantiles,
+    running_medians,
+)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 9, 10, 101, 1000])
@@ -32,6 +39,13 @@ def test_they_change_nothing_and_load_no_masked_arrays():
     code += "quantile([1.0], 0.5); sys.exit('numpy.ma' in sys.modules)"
     program = [sys.executable, "-c", code]
     assert subprocess.run(program, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("values", [np.arange(5.0), np.array([True]), np.array([3, -1])])
+def test_a_signal_is_extended_by_its_outermost_values(values):
+    longer = extended(values, 2, 3)
+    np.testing.assert_array_equal(longer, np.pad(values, (2, 3), mode="edge"))
+    assert longer.dtype == values.dtype
 
 
 @pytest.mark.parametrize("width", [1, 2, 21, 36])

@@ -160,6 +160,12 @@ def test_the_middle_euler_angle_and_the_sign_of_all_three(order, a, b, c):
     np.testing.assert_allclose(rot.wrap(held - given_angles), 0.0, atol=1e-7)
 
 
+@pytest.mark.parametrize("shapes", [((3,), (3,)), ((5, 3), (3,)), ((1, 3), (5, 3))])
+def test_cross_products_are_those_of_numpy(shapes):
+    u, v = (np.random.default_rng(k).normal(size=shape) for k, shape in enumerate(shapes))
+    np.testing.assert_array_equal(rot.cross_products(u, v), np.cross(u, v))
+
+
 def test_leading_axes_broadcast():
     rng = np.random.default_rng(1)
     one, many = rot.normalise(rng.normal(size=4)), rot.normalise(rng.normal(size=(2, 3, 4)))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.runs import overlapping, runs
 from twistcore.skeleton.body import ancestors
-from twistcore.skeleton.medians import median, quantile, running_medians
+from twistcore.skeleton.medians import extended, median, quantile, running_medians
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
@@ -244,6 +244,6 @@ def _running_sums(values: Array | Mask, width: int) -> Array:
     Both ends are padded as in :func:`running_medians`.
     """
     before = width // 2
-    padded = np.pad(values, (before, width - 1 - before), mode="edge")
+    padded = extended(values, before, width - 1 - before)
     sums = np.concatenate([[0.0], np.cumsum(padded)])
     return np.asarray(sums[width:] - sums[:-width])

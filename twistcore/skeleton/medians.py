@@ -7,9 +7,10 @@ arrays, which takes 5 % of a command's time. The filters in scipy take even long
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from twistcore.skeleton.rotation import Array
 
@@ -49,6 +50,15 @@ def quantiles(values: Array, share: float) -> Array:
     return between
 
 
+def extended(values: NDArray[Any], before: int, after: int) -> NDArray[Any]:
+    """Repeat the first value `before` times and the last `after` times. Faster than np.pad.
+
+    `values` has the shape (n,) with n > 0, and the result (before + n + after,).
+    """
+    first, last = np.repeat(values[0], before), np.repeat(values[-1], after)
+    return np.concatenate([first, values, last])
+
+
 def running_medians(values: Array, width: int) -> Array:
     """Return the running median of a signal, shape (frames,), in a window of `width` values.
 
@@ -56,7 +66,7 @@ def running_medians(values: Array, width: int) -> Array:
     more value before the frame than after it, and the upper median is returned.
     """
     before = width // 2
-    padded = np.pad(values, (before, width - 1 - before), mode="edge")
+    padded = extended(values, before, width - 1 - before)
     windows = np.lib.stride_tricks.sliding_window_view(padded, width)
     rows = max(1, _BLOCK // width)
     parts = [

@@ -47,20 +47,28 @@ def _wrap(a: Array) -> Array:
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
     """Return the Hamilton product p ⊗ q of quaternions, shape (…, 4)."""
-    p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
-    pw, px, py, pz = (p[..., i] for i in range(4))
-    qw, qx, qy, qz = (q[..., i] for i in range(4))
-    out = np.empty((*np.broadcast_shapes(p.shape[:-1], q.shape[:-1]), 4))
-    out[..., 0] = pw * qw - px * qx - py * qy - pz * qz
-    out[..., 1] = pw * qx + px * qw + py * qz - pz * qy
-    out[..., 2] = pw * qy - px * qz + py * qw + pz * qx
-    out[..., 3] = pw * qz + px * qy - py * qx + pz * qw
+    # A quaternion is a pair of complex numbers, a + b j with a = w + x i and b = y + z i. numpy
+    # multiplies complex arrays two to four times as fast as the sixteen products of real ones.
+    a, b = _complex_pair(p)
+    c, d = _complex_pair(q)
+    out = np.empty((*np.broadcast_shapes(a.shape, c.shape), 4))
+    pair = out.view(np.complex128)
+    pair[..., 0] = a * c - b * d.conj()
+    pair[..., 1] = a * d + b * c.conj()
     return out
+
+
+def _complex_pair(q: ArrayLike) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """Return quaternions (…, 4) as w + x i and y + z i, two arrays of shape (…)."""
+    pair = np.ascontiguousarray(q, dtype=np.float64).view(np.complex128)
+    return pair[..., 0], pair[..., 1]
 
 
 def conjugate(q: ArrayLike) -> Array:
     """Return the inverse of unit quaternions, shape (…, 4)."""
-    inverse: Array = np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
+    q = np.asarray(q, dtype=np.float64)
+    inverse: Array = -q
+    inverse[..., 0] = q[..., 0]
     return inverse
 
 
@@ -75,6 +83,18 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     out[..., 0] = a + w * tx + (y * tz - z * ty)
     out[..., 1] = b + w * ty + (z * tx - x * tz)
     out[..., 2] = c + w * tz + (x * ty - y * tx)
+    return out
+
+
+def cross_products(u: ArrayLike, v: ArrayLike) -> Array:
+    """Return the cross product u × v of vectors (…, 3). Faster than np.cross."""
+    u, v = np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    a, b, c = (u[..., i] for i in range(3))
+    x, y, z = (v[..., i] for i in range(3))
+    out = np.empty((*np.broadcast_shapes(a.shape, x.shape), 3))
+    out[..., 0] = b * z - c * y
+    out[..., 1] = c * x - a * z
+    out[..., 2] = a * y - b * x
     return out
 
 

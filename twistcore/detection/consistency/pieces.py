@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.medians import medians
+from twistcore.skeleton.medians import extended, medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
@@ -24,7 +24,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
     """Return the increments of a chain's θp minus their running median, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
-    padded = np.pad(steps, _NEAR, mode="edge")
+    padded = extended(steps, _NEAR, _NEAR)
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEAR + 1)
     return np.asarray(wrap(steps - medians(windows)))
 

@@ -21,6 +21,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,
+    cross_products,
     multiply,
     quaternion_from_axis_angle,
     rotate,
@@ -110,11 +111,11 @@ class ChainSignals:
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
         """The bend and the azimuth of the child's bone, in degrees, each (frames,)."""
-        axis = np.broadcast_to(self.axis, (self.frames, 3))
+        axis = np.atleast_2d(self.axis)  # (1, 3) if it is constant
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         bone = rotate(self.q_child, np.broadcast_to(self.arm, (self.frames, 3)))
-        parts = (axis, first, np.cross(axis, first))
+        parts = (axis, first, cross_products(axis, first))
         along, one, other = np.stack([(bone * d).sum(-1) for d in parts], -1).T
         bend = np.degrees(np.arctan2(np.hypot(one, other), along))
         return bend, np.degrees(np.arctan2(other, one))
@@ -123,7 +124,7 @@ class ChainSignals:
     def azimuth_zero(self) -> Array:
         """The direction of azimuth 0 in frame 0, perpendicular to the parent's bone, (3,)."""
         axis = np.atleast_2d(self.axis)[0]
-        across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        across = cross_products(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
 
     @property
@@ -154,7 +155,9 @@ class ChainSignals:
         They rotate the parent's bone axis to the direction of C's bone.
         """
         axis = np.atleast_2d(self.axis)[0]
-        bend = quaternion_from_axis_angle(np.cross(axis, self.azimuth_zero), np.radians(self.bend))
+        bend = quaternion_from_axis_angle(
+            cross_products(axis, self.azimuth_zero), np.radians(self.bend)
+        )
         azimuth = quaternion_from_axis_angle(self.axis, np.radians(self.azimuth))
         return multiply(azimuth, bend)
 
@@ -196,11 +199,13 @@ class ChainSignals:
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
             total = np.concatenate([[0.0], np.cumsum(turns)])
-            t = np.arange(PACE + 1, len(turns) - width - PACE)
-            beside = [t - 1, t - 2, t + width, t + width + 1]
-            pace = sum(turns[k] for k in beside) / (2.0 * PACE)
             out = np.full(len(turns), np.nan)
-            out[t] = wrapped(total[t + width] - total[t] - width * pace)
+            first, count = PACE + 1, len(turns) - width - 2 * PACE - 1  # the frames t
+            if count > 0:
+                near = (first - 1, first - 2, first + width, first + width + 1)
+                pace = sum(turns[k : k + count] for k in near) / (2.0 * PACE)
+                over = total[first + width :][:count] - total[first : first + count]
+                out[first : first + count] = wrapped(over - width * pace)
             keep_few(self._series, len(turns))[name, width] = out
         return self._series[name, width]
 

@@ -10,7 +10,15 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
+from twistcore.skeleton.rotation import (
+    Array,
+    conjugate,
+    cross_products,
+    multiply,
+    rotate,
+    twist_angle,
+    wrap,
+)
 from twistcore.work.frozen import dataclass
 
 BENT = 0.03  # share of the limb's length; nearer to the line, the middle joint shows no angle
@@ -168,7 +176,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 def _least_turn(a: Array, b: Array) -> Array:
     """Return the shortest rotations from unit vectors a to unit vectors b, (n, 3) → (n, 4)."""
-    q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
+    q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], cross_products(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
     return turn
@@ -211,6 +219,6 @@ def angle_about(axis: Array, a: Array, b: Array) -> Array:
 
     All vectors have the shape (n, 3), and the angles are in radians, (n,).
     """
-    across = np.einsum("ti,ti->t", np.cross(a, b), axis)
+    across = np.einsum("ti,ti->t", cross_products(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

@@ -9,7 +9,7 @@ begins. Natural motion departs little, and less over shorter spans.
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -75,13 +75,17 @@ class SpanGrid:
         h, n = self.reach, self.length
         nodes = at(0), at(h), at(h + n), at(2 * h + n)
         out = np.empty((len(PROBES), *level.shape[:-1], many))
-        for k, probe in enumerate(PROBES):
-            inside = round(probe * n)
-            weights = bridge_weights(inside / n, n, h)
-            np.copyto(out[k], at(h + inside))
+        for own, inside, weights in zip(out, *self._probes, strict=True):
+            np.copyto(own, at(h + inside))
             for weight, node in zip(weights, nodes, strict=True):
-                out[k] -= weight * node
+                own -= weight * node
         return out
+
+    @cached_property
+    def _probes(self) -> tuple[list[int], list[tuple[float, float, float, float]]]:
+        """The frame of each probe after the first frame of a span, and its bridge weights."""
+        inside = [round(probe * self.length) for probe in PROBES]
+        return inside, [bridge_weights(i / self.length, self.length, self.reach) for i in inside]
 
     def noise(self) -> Array:
         """Return the standard deviation at each probe of the departures of white noise with σ = 1.
@@ -100,11 +104,10 @@ class SpanGrid:
         four frames have the shape (4, probes).
         """
         h, n = self.reach, self.length
-        inside = [round(probe * n) for probe in PROBES]
+        inside, weights = self._probes
         begin = self.step * (first + np.arange(many))
         frames = np.array([[h + i, 0, h, h + n, 2 * h + n] for i in inside]).T
-        weights = np.array([bridge_weights(i / n, n, h) for i in inside]).T
-        return frames[..., None] + begin, weights
+        return frames[..., None] + begin, np.array(weights).T
 
 
 def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:

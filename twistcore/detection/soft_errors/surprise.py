@@ -194,8 +194,8 @@ class Surprise:
             if last <= first:
                 continue
             part = slice(span.step * first, span.step * (last - 1) + span.support)
-            levels = np.cumsum(self.x[row, part]), np.cumsum(self.y[row, part])
-            x, y = (span.departures(level) for level in levels)
+            turns = np.array([self.x[row, part], self.y[row, part]])
+            x, y = span.departures(turns.cumsum(axis=1)).swapaxes(0, 1)
             total = x + y
             u = x - a.natural.beta[row] * total
             z = total / a.natural.sigma_sum[:, row, first:last]

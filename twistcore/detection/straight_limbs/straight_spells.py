@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.runs import runs
-from twistcore.skeleton.medians import median, quantile
-from twistcore.skeleton.rotation import Array, rotate, wrap
+from twistcore.skeleton.medians import extended, median, quantile
+from twistcore.skeleton.rotation import Array, cross_products, rotate, wrap
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -158,9 +158,9 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     bent = angle > BENT
     if bent.sum() < max(2, ANCHOR_SECONDS * fps):
         return Bend(angle, None)
-    beside = np.cross(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
+    beside = cross_products(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
     first = beside - (axis @ beside)[:, None] * axis
-    x, y = (np.einsum("fi,fi->f", across, e) for e in (first, np.cross(axis, first)))
+    x, y = (np.einsum("fi,fi->f", across, e) for e in (first, cross_products(axis, first)))
     azimuth = np.arctan2(y, x)
     mean = np.angle(np.exp(1j * azimuth[bent]).sum())
     azimuth = wrap(azimuth - mean - median(wrap(azimuth[bent] - mean)))
@@ -293,11 +293,12 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     # The range of the increments that are needed.
     first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
-    asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
+    asked = extended(signal[low:high], low - first, last - high)
     total = np.concatenate([[0.0], asked.cumsum()])
-    begin = np.arange(at.stop - at.start)
-    inside = total[begin + half + window] - total[begin + half]
-    around = total[begin + 2 * half + window] - total[begin] - inside
+    begin = half + window, half, 2 * half + window, 0
+    after, before, end, start = (total[k : k + at.stop - at.start] for k in begin)
+    inside = after - before
+    around = end - start - inside
     return inside, inside - around * (window / (2 * half))
 
 

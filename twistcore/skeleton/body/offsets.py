@@ -26,6 +26,8 @@ def bone_offset(motion: Motion, joint: int) -> Array:
     OFFSET. In this case, OFFSET is used instead.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
+    if offset.ndim == 1:
+        return offset
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
     smallest = shortest_offset(motion.skeleton)
     shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
