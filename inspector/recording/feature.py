@@ -22,7 +22,7 @@ class Recording(FeatureParts):
         taught = window.part(teaching)
         self.record_actions = RecordActions(
             window.document, self.recorder, window.viewport, window.timeline, taught.taught,
-            taught.typesetter, window.bar, window,
+            taught.typesetter, window.bar, window, window.settings,
         )  # fmt: skip
 
     def close(self) -> None:

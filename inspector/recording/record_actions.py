@@ -10,10 +10,11 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.language import of_core, tr
 from inspector.recording.choice import RecordChoice
-from inspector.recording.record_dialog import RecordDialog
+from inspector.recording.record_dialog import LAST_FORMAT, RecordDialog
 from inspector.recording.recorder import Recorder, save_picture
 from inspector.recording.stage import Shown, Stage
 from inspector.session.document import Document
+from inspector.session.settings import Settings
 from inspector.teaching.equation_table import typeset_texts
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
@@ -35,6 +36,7 @@ class RecordActions:
     typesetter: Typesetter
     bar: MessageBar
     window: QWidget
+    settings: Settings
 
     def __post_init__(self) -> None:
         self.recorder.finished.connect(self._recorded)
@@ -51,9 +53,15 @@ class RecordActions:
         else:
             seen = self.timeline.visible.ends
             teaching = self.taught.active
-            dialog = RecordDialog(self.document, seen, self.window, teaching=teaching)
-            dialog.accepted.connect(lambda: self.record(dialog.choice()))
+            last = LAST_FORMAT.of(self.settings)
+            dialog = RecordDialog(self.document, seen, self.window, teaching=teaching, suffix=last)
+            dialog.accepted.connect(lambda: self._chosen(dialog.choice()))
             dialog.open()
+
+    def _chosen(self, choice: RecordChoice) -> None:
+        """Remember the format for the next recording, and record."""
+        LAST_FORMAT.put(self.settings, choice.path.suffix.lower())
+        self.record(choice)
 
     def record(self, choice: RecordChoice) -> None:
         """Make a film in the background, or save a picture immediately."""

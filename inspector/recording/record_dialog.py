@@ -13,6 +13,8 @@ from inspector.recording.film import SUFFIXES
 from inspector.recording.picture_rows import PictureRows
 from inspector.recording.sweep_rows import SweepRows
 from inspector.session.document import Document
+from inspector.session.settings import FeatureSetting
+from inspector.session.settings_checks import any_of
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.building import hbox, soft
 from inspector.widgets.write_dialog import WriteDialog
@@ -26,6 +28,9 @@ _FORMATS = {
     ".svg": tr("Image, SVG (vector graphics)"),
     ".pdf": tr("Image, PDF (vector graphics)"),
 }
+DEFAULT_FORMAT = ".mp4"
+# The format that was recorded last.
+LAST_FORMAT = FeatureSetting("record_format", DEFAULT_FORMAT, any_of(*_FORMATS))
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
 _SPEEDS = {
     tr("Real time"): 1.0,
@@ -42,20 +47,27 @@ class RecordDialog(WriteDialog):
     """A form with the settings of a recording."""
 
     def __init__(
-        self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
+        self,
+        document: Document,
+        seen: tuple[float, float],
+        parent: QWidget,
+        *,
+        teaching: bool,
+        suffix: str = DEFAULT_FORMAT,
     ) -> None:
         """Build the form.
 
         `seen` is the range of frames visible in the plots. `teaching` is True if the teaching tab
-        is in front.
+        is in front. `suffix` is the format that is selected at first.
         """
         assert document.data is not None
-        proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
+        proposed = document.proposed(f"_{document.chain or 'clip'}{suffix}")
         super().__init__(tr("Record"), proposed, parent)
         self._document = document
         chain = selected_chain(document)
         taught = chain is not None and not isinstance(chain, Limb)
         self.format = _box((text, suffix) for suffix, text in _FORMATS.items())
+        self.format.setCurrentIndex(self.format.findData(suffix))
         self.range = _box(self._ranges(seen, taught=taught))
         self.speed = _box(_SPEEDS.items())
         self.size_box = _box((f"{width} × {height}", (width, height)) for width, height in _SIZES)

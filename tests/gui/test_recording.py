@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
@@ -140,6 +141,23 @@ def test_the_form_says_what_it_will_make(qtbot, window):
     assert not dialog.speed.isVisible()
     dialog.path.setText("name")
     assert dialog.choice().path.name == "name.svg"
+
+
+def test_the_form_opens_with_the_format_that_was_recorded_last(qtbot, window, tmp_path):
+    def form():
+        act(window, "record_dialog")
+        qtbot.waitUntil(lambda: window.findChildren(RecordDialog)[-1:] != [])
+        return window.findChildren(RecordDialog)[-1]
+
+    first = form()
+    first.format.setCurrentIndex(first.format.findData(".png"))
+    first.path.setText(str(tmp_path / "figure.png"))
+    first.accept()
+    qtbot.waitUntil(lambda: (tmp_path / "figure.png").is_file())
+    again = form()
+    assert again.format.currentData() == ".png"
+    assert Path(again.path.text()).suffix == ".png"
+    again.reject()
 
 
 def test_a_writer_whose_ffmpeg_fails_ends_and_says_so(tmp_path, monkeypatch):

@@ -80,6 +80,7 @@ DAMAGED = {  # what is written for a field, what is left of it
     ],
     "autosave": [("1", True), ('"no"', True)],
     "next_after_export": [("null", True)],
+    "record_format": [('".avi"', ".mp4"), ("5", ".mp4")],
     "videos": [
         ('{"/a": ["/v", 1e9], "/b": ["/v", 2]}', {"/b": ("/v", 2.0)}),
         ('{"/a": ["/v", NaN], "/b": ["/v"], "": ["/v", 1], "/c": 3}', {}),
