@@ -30,7 +30,7 @@ _LONGEST = 48  # maximum number of letters of a name
 _WIDTH = 520  # pixels: width of the column
 _APART = 8  # pixels between the buttons
 _MARGIN = 12  # pixels at the sides of the column
-_FIRST = {"tour": tr("Tour (3 minutes)"), "open_sample": tr("Try the sample")}
+_FIRST = {"tour": tr("Tour (6 minutes)"), "open_sample": tr("Try the sample")}
 _OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
