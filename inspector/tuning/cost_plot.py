@@ -11,6 +11,7 @@ from inspector.widgets.axes import Axis
 from inspector.widgets.theme import Colours, Theme
 from twistcore.tuning import TauCurve
 
+_FEW_ALARMS = 4.0  # the right axis shows at least this many
 _BAND_ALPHA = 60
 
 
@@ -55,6 +56,8 @@ class CostPlot(TauPlot):
         self.mark.setZValue(25)
         self.addItem(self.mark)
         self.view.setYRange(0.0, 100.0, padding=0.08)
+        self._alarms_view.setYRange(0.0, _FEW_ALARMS, padding=0.08)
+        self.alarms.setVisible(False)
         self._fit()
         colours.follow(self._colour)
 
@@ -81,9 +84,9 @@ class CostPlot(TauPlot):
         self.touch()
         known = curve is not None and curve.drawn is not None
         self.band.setVisible(known)
+        self.alarms.setVisible(curve is not None and curve.errors > 0)
         if curve is None or not curve.errors:
             self.fsr.setData([], [])
-            self.alarms.setData([0.0, 1.0], [0.0])
             self.mark.setData([], [])
             return
         x = np.log10(np.degrees(curve.tau))
@@ -93,7 +96,7 @@ class CostPlot(TauPlot):
                 edge.setData(x, 100.0 * share)
         middle = 0.5 * (x[1:] + x[:-1])
         self.alarms.setData(np.concatenate([x[:1], middle, x[-1:]]), curve.alarms)
-        most = max(4.0, 1.15 * float(curve.alarms.max()))
+        most = max(_FEW_ALARMS, 1.15 * float(curve.alarms.max()))
         self._alarms_view.setYRange(0.0, most, padding=0.08)
 
     def show_suggestion(self, curve: TauCurve, suggested: float) -> None:

@@ -12,6 +12,8 @@ from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
 
 from inspector.session.settings import Settings
+from inspector.tuning.cost_plot import CostPlot
+from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
@@ -84,6 +86,13 @@ def drag(qtbot, plot, start, stop, steps=6):
 # --- curves -------------------------------------------------------------------------------------
 
 
+def test_without_a_curve_no_false_alarms_are_drawn(qapp):
+    plot = CostPlot(Colours(LIGHT))
+    assert not plot.alarms.isVisible()
+    plot.show_curve(None)
+    assert not plot.alarms.isVisible()
+
+
 @pytest.mark.thorough
 def test_the_curves_are_those_of_the_core(window, tuning):
     clip = read_bvh(INJECTED)
@@ -94,6 +103,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     x, y = tuning.curves.cost.fsr.getData()
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
+    assert tuning.curves.cost.alarms.isVisible()
     words = tuning.curves.cost_words.text().replace("&nbsp;", " ")
     low, high = np.degrees(core.plateau(np.radians(1.5), ALARM_PRICE, SMALLEST_ERROR))
     assert low == pytest.approx(1.5)
