@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.language import tr
+from inspector.panels.first_look_picture import FirstLookPicture
 from inspector.widgets.building import hbox, hint, soft, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.labels import as_entry, as_tip
@@ -88,6 +89,7 @@ class StartPage(QScrollArea):
         box = hbox(owner=page, margins=(0, 0, 0, 0))
         box.addWidget(column)
         self.setWidget(page)
+        self.picture = FirstLookPicture(self, colours)
         view.installEventFilter(self)
         self.setGeometry(view.rect())
         colours.follow(self._colour)
@@ -124,6 +126,7 @@ class StartPage(QScrollArea):
         view = self.parentWidget()
         if view is not None and watched is view and event.type() == QEvent.Type.Resize:
             self.setGeometry(view.rect())
+            self.picture.setGeometry(self.rect())
             self._arrange(view.width())
         return super().eventFilter(watched, event)
 

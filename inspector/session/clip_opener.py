@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
+from shiboken6 import isValid
 
 from inspector.language import tr
+from inspector.session.first_look import FirstLook, first_look
 from inspector.session.opening import ClipMissingError, analyse_file, analyse_session
-from inspector.widgets.background import OneTask
+from inspector.widgets.background import OneTask, in_gui_thread
 from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.formats.clip import Clip
 from twistcore.tuning import Profile
 from twistcore.work.progress import Tell
 
@@ -30,6 +34,7 @@ class ClipOpener(QObject):
     """
 
     began = Signal(str)  # a description of the work
+    read = Signal(object)  # with a FirstLook: the clip was read, and is being analysed
     share = Signal(float)  # progress, 0…1, of slow work
     over = Signal()  # the work has ended, failed or was cancelled
     analysed = Signal(object)  # with an Analysed: the clip was read and analysed
@@ -44,6 +49,7 @@ class ClipOpener(QObject):
         self._tell, self._ask = tell, ask
         self._task = OneTask(self)
         self._since = 0.0
+        self._request = 0  # number of requests to open a clip
 
     @property
     def busy(self) -> bool:
@@ -55,16 +61,16 @@ class ClipOpener(QObject):
 
         `profile` contains the threshold τ for each chain. It is used if the clip has no session.
         """
-        what = tr("Opening {name}", name=path.name)
-        self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
+        what, seen = tr("Opening {name}", name=path.name), self._first_look()
+        self._start(what, lambda tell: analyse_file(path, profile, tell, seen), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip in the background.
 
         If the clip was moved, `clip` is its new path.
         """
-        what = tr("Opening {name}", name=path.name)
-        self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
+        what, seen = tr("Opening {name}", name=path.name), self._first_look()
+        self._start(what, lambda tell: analyse_session(path, clip, tell, seen), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Call `then` as soon as the detector `method` has analysed the clip.
@@ -101,6 +107,17 @@ class ClipOpener(QObject):
         self._since = time.monotonic()
         self._task.run(work, done, self._fail, self._show_progress)
         self.began.emit(what)
+
+    def _first_look(self) -> Callable[[Clip], None]:
+        """Return a function that shows the clip of the work that starts next, if it still runs."""
+        self._request += 1
+        request = self._request
+
+        def show(look: FirstLook) -> None:
+            if isValid(self) and self.busy and request == self._request:
+                self.read.emit(look)
+
+        return lambda clip: in_gui_thread(partial(show, first_look(clip)))
 
     def _show_progress(self, share: float) -> None:
         if time.monotonic() - self._since > _WONDER_S:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -158,19 +158,29 @@ class ClipMissingError(TwistError):
         self.session = session
 
 
+Seen = Callable[[Clip], object]  # called with a clip when it has been read
+
+
+def _ignore(_clip: Clip) -> None:
+    """Do nothing with the clip."""
+
+
 # The progress after reading and after detection.
 _READ, _DETECTED = 0.1, 0.9
 
 
-def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+def analyse_file(
+    path: Path, profile: Profile | None = None, tell: Tell = nobody, seen: Seen = _ignore
+) -> Analysed:
     """Read a clip and its latest session, and analyse the clip. Raises TwistError. Thread-safe.
 
     The session determines τ and the chains. If there is no session, τ is read from `profile` and
-    the chains from the stored rig of the skeleton. `tell` is called with the progress.
+    the chains from the stored rig of the skeleton. `tell` is called with the progress, and `seen`
+    with the clip when it has been read.
     """
     sessions = kept_sessions(path)
     if not sessions:
-        return _read(path, profile, tell)
+        return _read(path, profile, tell, seen=seen)
     session, *older = sessions
     notes = [
         tr("There is an older session of {clip}: {path}.", clip=path.name, path=other)
@@ -182,21 +192,27 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
         why = tr("The review of this clip is not shown. {error}.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = rename_damaged(session, str(error))
-        found, notes = _read(path, profile, tell), [*notes, why]
+        found, notes = _read(path, profile, tell, seen=seen), [*notes, why]
     else:
-        found = _with_session(session, sha256, kept, path, tell)
+        found = _with_session(session, sha256, kept, path, tell, seen)
     return replace(found, notes=(*notes, *found.notes))
 
 
 def _read(
-    path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
+    path: Path,
+    profile: Profile | None,
+    tell: Tell,
+    session: Session | None = None,
+    seen: Seen = _ignore,
 ) -> Analysed:
     """Read and analyse a clip and start a new review.
 
-    If the chains of `session` fit the clip, they are used.
+    If the chains of `session` fit the clip, they are used. `seen` is called with the clip when it
+    has been read.
     """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
+    seen(clip)
     rig, message = _rig_of(session, clip.motion)
     found, missing = _searched(clip, profile, part(tell, _READ, 1.0), rig)
     if missing and session is None:
@@ -257,13 +273,16 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
     return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
 
-def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
+def analyse_session(
+    path: Path, clip_path: Path | None = None, tell: Tell = nobody, seen: Seen = _ignore
+) -> Analysed:
     """Read a session and its clip. Raises TwistError.
 
     Without `clip_path`, the clip is searched for at its old path and next to the session. If the
     clip has changed, the result has a new review, and `earlier` contains the session's intervals.
     If the session belongs to an export, it is never overwritten; later changes are saved in the
-    clip's session. `tell` is called with the progress.
+    clip's session. `tell` is called with the progress, and `seen` with the clip when it has been
+    read.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -271,12 +290,14 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
         clip_path = found_file(places, session.sha256)
     if clip_path is None:
         raise ClipMissingError(path, session.clip)
-    return _with_session(path, sha256, session, clip_path, tell)
+    return _with_session(path, sha256, session, clip_path, tell, seen)
 
 
-def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
+def _with_session(
+    path: Path, sha256: str, session: Session, clip: Path, tell: Tell, seen: Seen
+) -> Analysed:
     method = session.state.method
-    found = _read(clip, Profile({}, method), tell, session)
+    found = _read(clip, Profile({}, method), tell, session, seen)
     if not _belongs(session, found.clip):
         return replace(found, earlier=session.state.intervals)
     own = found.review.state

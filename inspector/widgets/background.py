@@ -155,6 +155,13 @@ class _Runner(QRunnable):
             self._post.said.emit(answer)
 
 
+def in_gui_thread(call: Callable[[], None]) -> None:
+    """Execute a call in the GUI thread. The work of a task calls this in its own thread."""
+    with suppress(RuntimeError):  # the program is closing
+        assert _post is not None
+        _post.said.emit(call)
+
+
 def wait_for_tasks(milliseconds: int) -> bool:
     """Wait for all running tasks. Return False if any of them is still running after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -149,6 +149,8 @@ class MainWindow(Parts):
         document.message.connect(self.statusBar().clearMessage)
         document.opened.connect(self.signs.show)
         document.opened.connect(self._enable_actions)
+        document.opener.read.connect(self.start_page.picture.show_look)
+        document.opener.over.connect(self.start_page.picture.end)
         document.intervals_changed.connect(self.signs.show)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
         self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
