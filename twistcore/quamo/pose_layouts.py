@@ -305,7 +305,7 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
     first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
     note = (
         f"{span - len(ids)} of {span} frames are missing, at most {int(np.diff(ids).max()) - 1} in "
-        f"a row; the first is {first}. They are interpolated between their neighbours."
+        f"a row; the first is frame {first}. They are interpolated between their neighbours."
     )
     return replace(poses, rotations=rotations, places=places, notes=(*poses.notes, note))
 
