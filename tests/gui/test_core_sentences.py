@@ -90,17 +90,18 @@ def test_what_is_joined_is_translated_part_by_part():
     [
         Unexamined(
             "left arm",
-            "no joint has a known name for the hand; these names are unknown: 'X', 'Y' …",
+            "no joint name is recognised as a hand; these names are unknown: 'X', 'Y' …",
         ),
         Unexamined("right shin", "it has no foot joint", person="B"),
         Unexamined(
-            "other limbs", "no joint has a known name, and only 2 of four limbs were found by shape"
+            "other limbs",
+            "no joint has a known name, and only 2 of the four limbs were found by shape",
         ),
         "The clip could not be examined: no arm or leg was found in its skeleton.",
-        "The clip could not be examined: none of the joints in its arms and legs moves.",
+        "The clip could not be examined: no joint in the arms or legs moves.",
         "The clip could not be examined: 3 frames are not enough to tell errors from motion.",
-        "7 frames were not examined for twists, because they are in pieces between cuts that are "
-        "too short: 25–28, 30, 40–41.",
+        "7 frames were not examined for twists, because the pieces between cuts that contain "
+        "them are too short: 25–28, 30, 40–41.",
         "Left Arm · upper is twisted by about +60° relative to its child in every frame, compared "
         "with Right Arm.",
         "Left Leg or Right Leg is twisted by about 60° relative to its child in every frame: the "

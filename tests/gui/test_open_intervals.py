@@ -56,7 +56,7 @@ def test_doubts_stand_for_the_other_side_of_the_clip():
     found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
     twist = Review.of(found).state.intervals[0]
     (limb, *_), chain = found.analysis.limbs, found.analysis.chain(twist.interval.chain)
-    doubt = "the path of the knee would get longer"
+    doubt = "the knee would travel a longer path"
     for kind, owner in ((Kind.LIMB_FLIP, limb), (Kind.HELPER_ROLL, helper_of(chain))):
         plain = replace(twist.interval, kind=kind, open=True, explain=dict)
         printed = explanation(replace(twist, interval=plain), owner, 0)

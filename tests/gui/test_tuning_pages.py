@@ -262,7 +262,7 @@ def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     tuning.tabs.setCurrentWidget(tuning.suggestion)
     degrees = np.degrees(tuning.costs.curves["LeftForeArm"].suggested())
     most, all_alike = (
-        f" of 10 chains are best at {degrees:.2f}°",
+        f" of 10 chains do best with {degrees:.2f}°",
         ": one τ is enough for all chains.",
     )
     qtbot.waitUntil(

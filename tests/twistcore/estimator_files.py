@@ -176,10 +176,10 @@ LAYOUTS = {
     "SMPL-X": (smplx, None, False, "the figure is then upright"),
     "matrices": (matrices, None, False, "depth was not measured"),
     "all matrices": (all_matrices, None, True, "z axis is taken as up"),
-    "world and camera": (world_and_camera, "0", False, "y axis is taken as up (the axis of this"),
+    "world and camera": (world_and_camera, "0", False, "y axis is taken as up (as usual in this"),
     "lists by frame": (lists_by_frame, None, False, "depth was not measured"),
-    "rows": (rows, "1", False, "-y axis is taken as up (the axis of this"),
+    "rows": (rows, "1", False, "-y axis is taken as up (as usual in this"),
     "person axis": (person_axis, "1", False, "-y axis is taken as up (the figure is then"),
-    "one array": (one_array, None, False, "-y axis is taken as up (the axis of this"),
+    "one array": (one_array, None, False, "-y axis is taken as up (as usual in this"),
     "dicts of world and camera": (camera_and_world_dicts, None, False, "y axis is taken as up"),
 }

@@ -250,7 +250,9 @@ def test_kinds_say_what_is_asked(clip, told):
     assert of_arm == [5, 10, 30]
     assert len(clip.detect(kinds=[])) == 0
     assert {kind for kind in Kind if not kind.repairable} == ALL_KINDS - REPAIRED
-    expected = "no kind of error 'flip'; expected one of counter-twist, carried roll, limb flip"
+    expected = (
+        "'flip' is not a kind of error; expected one of counter-twist, carried roll, limb flip"
+    )
     with pytest.raises(TwistError, match=expected):
         clip.detect(kinds=["flip", "lone jump"])
 

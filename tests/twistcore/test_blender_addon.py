@@ -208,7 +208,7 @@ def test_the_scripts_messages_are_reported(addon, stand_in, tmp_path, refused, c
         program(
             tmp_path / "twistcore",
             f"{out}.write_text({SCRIPT.format(refused=refused)!r})",
-            f'print({out}, ": 1 interval; run it in Blender, in the scene of the clip", sep="")',
+            f'print({out}, ": 1 interval; run it in Blender", sep="")',
             'print("positions are not keyed", flush=True)',
             "sys.exit(1)",
         )

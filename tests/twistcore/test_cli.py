@@ -234,7 +234,7 @@ def test_flips_are_refined_and_replayed_and_told_to_move_a_knee(capsys, monkeypa
     share = f"{moved['RightLeg']['max_of_height']:.2g}"
     assert names_in_one_line(lines[-2], "RightLeg", share, "8 frames")
     most = max(m["max_of_height"] for m in moved.values())
-    assert lines[-1].endswith(f"move by at most {most:.2g} of the height")
+    assert lines[-1].endswith(f"move by at most {most:.2g} of the figure's height")
     clip = read_bvh(bad)
     review = Review.of(analysed(clip).detect(kinds=[Kind.LIMB_FLIP]))
     review.accept()

@@ -194,7 +194,7 @@ sys.exit(any(name in sys.modules for name in ("numpy", "scipy", "tqdm", "shtab")
         ("batch w.bvh -o out --min-confidence -1", ("0 to 1", "'-1'")),
         ("detect w.bvh --fail-over -1", ("0", "'-1'")),
         ("tune w.bvh -o p.toml --seeds -1", ("0", "'-1'")),
-        ("tune w.bvh -o p.toml --workers -2", ("0", "'-2'")),
+        ("tune w.bvh -o p.toml --workers -2", ("1", "'-2'")),
         ("diff a b --workers 5000", ("1,024", "'5000'")),
         ("benchmark f --seeds 1000001", ("1,000,000", "'1000001'")),
         ("benchmark f --seed x", ("18", "'x'")),

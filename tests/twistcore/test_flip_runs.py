@@ -336,7 +336,7 @@ def test_a_flip_that_makes_the_path_of_the_knee_longer_is_left_to_a_person():
     made_up = flips_of({})._interval(run)
     assert made_up.open
     assert made_up.evidence["path_corrected"] > made_up.evidence["path"]
-    assert made_up.evidence["doubts"] == ["the path of the knee would get longer"]
+    assert made_up.evidence["doubts"] == ["the knee would travel a longer path"]
     limb = "LeftUpLeg-LeftFoot"
     motion = flipped(WALK, flip(limb, 60, 72, 150.0))
     (real,) = analyse_limbs(motion, LIMBS).intervals(limb, 50.0 * DEGREE)

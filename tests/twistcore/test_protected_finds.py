@@ -44,8 +44,8 @@ def test_a_find_that_makes_something_worse_is_open_and_says_why(walk):
     assert automatic_corrections([left], include_open=True)
     assert left.evidence["worse"] == [ROLL]
     (doubt,) = left.evidence["doubts"]
-    assert doubt.startswith("the wrist would turn by 3")
-    assert "° in one frame instead of" in doubt
+    assert doubt.startswith("in one frame, the wrist would turn by 3")
+    assert "° instead of" in doubt
     assert (left.start, left.stop, left.confidence) == (100, 110, 0.9)
     assert np.array_equal(left.offset, made_up.offset)
 
@@ -54,12 +54,12 @@ def test_what_was_said_before_is_still_said_and_nothing_twice(walk):
     knee = find("LeftUpLeg", 12.0, 235, 239, explain=lambda: {"gain": 3.0, "doubts": ["so what"]})
     told = walk.protected(knee).evidence
     assert told["gain"] == 3.0
-    assert told["doubts"] == ["the knee would bend 12° away from its hinge plane", "so what"]
+    assert told["doubts"] == ["the knee would bend 12° further out of its hinge plane", "so what"]
     again = replace(
-        knee, explain=lambda: {"doubts": ["the knee would bend 12° away from its hinge plane"]}
+        knee, explain=lambda: {"doubts": ["the knee would bend 12° further out of its hinge plane"]}
     )
     assert walk.protected(again).evidence["doubts"] == [
-        "the knee would bend 12° away from its hinge plane"
+        "the knee would bend 12° further out of its hinge plane"
     ]
 
 

@@ -379,7 +379,7 @@ def folder(tmp_path):
 def test_evaluate_prints_the_bars_and_every_rival(capsys, folder, weights):
     code, told, err = run_quamo(capsys, "evaluate", folder, "--seeds", 1, "--weights", weights)
     assert code == 0
-    assert "no network of a held-out subject" not in err
+    assert "no network for a held-out subject" not in err
     for row in ("| constant offset |", "| One-Euro |", "| spline, file |", "| both ways, file |"):
         assert told.count(row) == 4 + (row != "| constant offset |")  # and of lags
     assert told.count("| input |") == 2

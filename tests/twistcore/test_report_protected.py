@@ -71,7 +71,7 @@ def test_the_report_has_the_table_and_the_rows_that_got_worse(found, tmp_path):
     assert math.isfinite(roll["most"])
     text = page.read_text("utf-8")
     assert "must not make worse" in text
-    assert f"Worse by {ROLL}: {wrong.interval.chain} {wrong.interval.start}" in text.replace(
+    assert f"Worse ({ROLL}): {wrong.interval.chain} {wrong.interval.start}" in text.replace(
         "&#39;", "'"
     )
 

@@ -329,7 +329,7 @@ def test_the_report_says_that_the_tracked_place_moves_every_joint(tmp_path):
     assert changed["frames"] == rewritten > 300
     page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
     assert "Changed: the position of Hips. Hips and everything attached to it move with the" in page
-    assert page.count(" of the height in ") == 1
+    assert page.count(" of the figure's height in ") == 1
     assert "after the correction: the position of the figure, both ways. The" in page
     assert "κP" not in page
 

@@ -1249,9 +1249,7 @@ def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
     wanted = []
     for word in (kinds,) if isinstance(kinds, str) else kinds:
         if not (word and (kind := Kind(word)).known):
-            raise TwistError(
-                f"there is no kind of error {word!r}; expected one of {', '.join(Kind)}"
-            )
+            raise TwistError(f"{word!r} is not a kind of error; expected one of {', '.join(Kind)}")
         wanted.append(kind)
     return frozenset(wanted)
 

@@ -35,7 +35,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
         return f"{motion.frames} frames are not enough to tell errors from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
     if all(np.ptp(motion.rotations[:, j], axis=0).max() < _STILL for j in joints):
-        return "none of the joints in its arms and legs moves"
+        return "no joint in the arms or legs moves"
     if not segments_between(find_cuts(motion), motion.fps):
         return "every piece between two cuts is too short to tell errors from motion"
     return ""
@@ -56,8 +56,8 @@ def frames_note(motion: Motion) -> str:
     if count == 1:
         return f"Frame {listed} was not examined for twists, because it is alone between two cuts."
     return (
-        f"{count} frames were not examined for twists, because they are in pieces between "
-        f"cuts that are too short: {listed}."
+        f"{count} frames were not examined for twists, because the pieces between cuts that "
+        f"contain them are too short: {listed}."
     )
 
 

@@ -18,15 +18,15 @@ A rule states what must not happen: "severity>5" fails if a clip's severity is a
 
   [total.]WHAT[FILTER,…] OP NUMBER      in quotes, because > is special in a shell
 
-WHAT      severity        how bad a clip is, degrees: root mean square over its frames
+WHAT      severity        how bad a clip is, in degrees: root mean square over its frames
           count           intervals; noise, frozen frames, stretches, turned ends, spikes, backward
                           bends, joint and place jumps and body steps only if [ ] includes them
-          degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
-                          with [noise-burst], σ of the noise
+          degrees         the largest delta_deg of an interval; for a lone jump, its turn in one
+                          frame; with [noise-burst], σ of the noise
           affected        frames with a correctable error, in percent: affected>2%;
                           frames with other errors only if [ ] includes their kind
           missing-frames  frames that the file's header declares but the file does not have
-          unexamined      arms and legs that no chain examines: unexamined>0
+          unexamined      arms and legs that were not examined: unexamined>0
           failed          clips of the whole run that could not be processed: failed>0
           unchecked       clips that could not be examined: no chain, too few frames
 FILTER    in [ ] after count, degrees or affected, separated by commas; all must be met:
@@ -36,9 +36,9 @@ FILTER    in [ ] after count, degrees or affected, separated by commas; all must
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 
-A rule applies to every clip. With "total." it applies to the whole run: counts are added, degrees
-are the largest, affected and severity refer to the frames of all clips. A clip that could not be
-processed is listed as such and breaks only the rule "failed".
+A rule applies to every clip. With "total." it applies to the whole run: counts are added up,
+degrees is the largest, and affected and severity refer to the frames of all clips. A clip that
+could not be processed is listed as such and breaks only the rule "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
           degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
@@ -132,7 +132,8 @@ class Broken:
     def __str__(self) -> str:
         unit = {"severity": "°", "degrees": "°", "affected": " %"}.get(self.rule.what, "")
         who = self.clip or "all clips"
-        return f"{who}: {self.rule.what} is {self.value:.4g}{unit}, which breaks {self.rule.text!r}"
+        found = f"{self.rule.what} is {self.value:.4g}{unit}"
+        return f"{who}: {found}, which breaks the rule {self.rule.text!r}"
 
 
 def parse_rule(text: str) -> Rule:

@@ -322,13 +322,13 @@ class Manifest:
             wanted = rest[: len(counts)]
             clip, parameters, result, decisions = parts
             if clip is None or (clip["mark"] and not parameters):
-                raise FormatError("rows are missing from the tables clips or parameters")
+                raise FormatError("rows are missing from the table 'clips' or 'parameters'")
             if clip["state"] == DONE and not result:
                 raise FormatError(f"the result of {shown_value(clip['name'])} is missing")
             number, decided = number + 1, decided + (decisions is not None)
             yield _Found(clip, parameters, result, decisions, rest[len(counts) :])
         if source is None and (number, number, number, decided) != wanted:
-            raise FormatError("rows are missing from the tables clips or decisions")
+            raise FormatError("rows are missing from the table 'clips' or 'decisions'")
 
     def parameters(self) -> dict[str, dict[str, Any]]:
         """Return all processing parameters in use as JSON data, keyed by their hash (mark)."""
@@ -355,7 +355,7 @@ class Manifest:
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found(source=source):
                 return _record(found)
-        raise TwistError(f"{legible(source)} is not a clip of {self.folder}")
+        raise TwistError(f"{legible(source)} is not a clip in {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Store the progress of a clip's review in place of the previous progress.
@@ -405,7 +405,7 @@ class Manifest:
                 f"SELECT {columns} FROM clips c NOT INDEXED"
             ).fetchall()
             if found and {*found[0][-len(_COUNTS) :]} != {len(found)}:
-                raise FormatError("rows are missing from the table clips")
+                raise FormatError("rows are missing from the table 'clips'")
             rows = [_row(row[: -len(_COUNTS)]) for row in found]
         return {row.source: row for row in rows}
 
@@ -536,7 +536,7 @@ def _values(row: ManifestRow) -> tuple[Any, ...]:
 def _row_of(table: str, row: tuple[Any, ...]) -> tuple[Any, ...]:
     values = checked(table, row)
     if values is None:
-        raise FormatError(f"a row of the table {table} has no key")
+        raise FormatError(f"a row of the table {table!r} has no key")
     return values
 
 

@@ -156,7 +156,7 @@ def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
     if kept[0] is None and crc is None:
         return None
     if crc is not None and crc != _crc(kept):
-        raise FormatError(f"a row of the table {table} is damaged")
+        raise FormatError(f"a row of the table {table!r} is damaged")
     return tuple(kept)
 
 

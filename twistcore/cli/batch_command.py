@@ -34,7 +34,7 @@ def batch_command(arguments: argparse.Namespace) -> int:
         useful = arguments.fail_if or any(getattr(arguments, name) for name in _FILES)
         if arguments.refine or arguments.report or not useful:
             raise TwistError(
-                "expected -o OUTDIR; it is optional only with --fail-if or a file of results, and "
+                "expected -o OUTDIR; it is optional only with --fail-if or a results file, and "
                 "without --refine and --report. See `twistcore batch --help`."
             )
     process_clips = prepared_batch(arguments)
@@ -139,7 +139,8 @@ def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
     if cut := [one for one in found if one.missing_frames]:
         first = f"{cut[0].name}: {count_of(cut[0].missing_frames, 'frame')}"
         note(
-            f"frames that the header declares are missing in {count_of(len(cut), 'clip')}: {first}"
+            "frames that the header declares are missing from "
+            f"{count_of(len(cut), 'clip')}: {first}"
         )
     return bool(unchecked)
 

@@ -175,9 +175,10 @@ def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]
     names = read_joint_map(Path(chosen))
     absent = [old for old in names if old not in clip.skeleton.names]
     if len(absent) == len(names):
-        raise TwistError(f"{chosen}: expected a joint of {clip.path.name}, found none")
+        raise TwistError(f"{chosen}: expected the name of a joint of {clip.path.name}, found none")
     if absent:
-        said.append(f"{chosen} also names joints that are missing: {', '.join(absent)[:200]}")
+        listed = ", ".join(absent)[:200]
+        said.append(f"{chosen} also names joints that the clip does not have: {listed}")
     return names
 
 
@@ -207,7 +208,7 @@ def _print(
     remark(f"{output}: {numbers} and {words} of {joints} rewritten; {size}")
     remark(
         f"{output}, read again: rotations differ by at most {found.degrees:.1e}° ({found.joint}, "
-        f"frame {found.frame}) and positions by {found.of_height:.1e} of the height"
+        f"frame {found.frame}) and positions by {found.of_height:.1e} of the figure's height"
     )
 
 
@@ -218,5 +219,5 @@ def _too_far(output: Path, found: Deviation) -> list[str]:
         return []
     return [
         f"{output}: the written pose differs from the source by {found.degrees:.1e}° "
-        f"({found.joint}, frame {found.frame}) and {found.of_height:.1e} of the height"
+        f"({found.joint}, frame {found.frame}) and {found.of_height:.1e} of the figure's height"
     ]

@@ -29,8 +29,9 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--blender",
         metavar="PATH",
-        help="Blender, or a Python with the module bpy (default: the first of these that "
-        "exists: the variable TWIST_BLENDER, `blender` on the path, bpy in this Python)",
+        help="Blender, or a Python that has the module bpy (default: the first of these that "
+        "exists: the environment variable TWIST_BLENDER, `blender` on the path, bpy in this "
+        "Python)",
     )
     for name, what in (("--take", "take"), ("--armature", "armature")):
         parser.add_argument(
@@ -69,7 +70,7 @@ def convert_command(arguments: argparse.Namespace) -> int:
     unit = scenes.SUFFIXES.get(source.suffix.lower())
     if unit is None:
         raise TwistError(
-            f"{source}: expected a file that ends in one of {', '.join(scenes.SUFFIXES)}"
+            f"{source}: expected a file whose name ends in one of {', '.join(scenes.SUFFIXES)}"
         )
     refuse_overwrite([output], [source])
     unit = arguments.unit or unit
@@ -105,7 +106,8 @@ def _write_glb(arguments: argparse.Namespace) -> int:
     if not is_clip(source):
         names = ", ".join(CLIP_SUFFIXES)
         raise TwistError(
-            f"{source}: to write a .glb, expected a clip, which is a file that ends in {names}"
+            f"{source}: to write a .glb, expected a clip, which is a file whose name ends in "
+            f"{names}"
         )
     for name in ("blender", "take", "armature", "time_limit"):
         if getattr(arguments, name) is not None:

@@ -148,14 +148,14 @@ def apply_command(arguments: argparse.Namespace) -> int:
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
     """Return text about the intervals in `found` that were not corrected, or ''.
 
-    An example is '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'. `applied` is the
-    number of corrected intervals.
+    An example is '; not corrected: 1 spike; judge them with: twist-inspector walk.bvh'. `applied`
+    is the number of corrected intervals.
     """
     left = sum(i.repairable for i in found) - applied
     words = (f", {left} left for a person to judge" if left else "") + uncorrectable_counts(found)
     if not words:
         return ""
-    window = f"; judge them: twist-inspector {shlex.quote(clip)}"
+    window = f"; judge them with: twist-inspector {shlex.quote(clip)}"
     window = "" if clip == clip_name(STANDARD_INPUT) else window
     return f"; not corrected: {words.removeprefix(', ')}{window}"
 

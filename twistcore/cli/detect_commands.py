@@ -332,7 +332,9 @@ def _kind(interval: Interval) -> str:
     if interval.kind == Kind.LONE_JUMP:
         turn = abs(evidence["turn_deg"])
         most = turn * evidence["limit_deg_s"] / evidence["speed_deg_s"]
-        return f"  {interval.kind}, {turn:.0f}° in one frame; a body turns by less than {most:.0f}°"
+        return (
+            f"  {interval.kind}, {turn:.0f}° in one frame; no body turns by more than {most:.0f}°"
+        )
     if interval.kind == Kind.NOISE_BURST:
         joints = [*map(terminal_text, evidence["joints"])]
         return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"

@@ -60,11 +60,11 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
         say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
     for m in difference.moved:
         frames = count_of(m.frames, "frame")
-        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {frames}")
+        say(f"{m.joint} moves by up to {m.of_height:.2g} of the figure's height in {frames}")
     say(
         f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
         f"{count_of(difference.frames, 'frame')}; joints move by at most "
-        f"{difference.max_position_of_height:.2g} of the height"
+        f"{difference.max_position_of_height:.2g} of the figure's height"
     )
     return 0
 

@@ -50,7 +50,7 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
         _tell_sessions(arguments, (a, b), found)
     if arguments.merge:
         agreed = sum(p.decided_by_both and p.difference is None for p in found.pairs)
-        left = f"{count_of(len(found.differences), 'interval')} left undecided, see their notes"
+        left = f"{count_of(len(found.differences), 'interval')} left undecided; see their notes"
         remark(f"{arguments.merge}: agreed decisions: {agreed}; {left}")
     return 0
 
@@ -60,7 +60,8 @@ def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -
     places = Path(a.clip), path.parent / Path(a.clip).name
     if (clip_path := found_file(places, a.sha256)) is None:
         raise TwistError(
-            f"{path}: the clip of this session was not found; put it next to the session"
+            f"{path}: the clip of this session was not found; put it in the same folder as the "
+            "session"
         )
     clip = read_clip(clip_path, fps=a.fps)
     for session in (a, b):

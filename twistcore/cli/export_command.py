@@ -43,7 +43,7 @@ def export_command(arguments: argparse.Namespace) -> int:
     count = f"{count_of(len(accepted), 'interval')} on {count_of(joints, 'joint')}"
     if state.tracking is not None and state.tracking.joints:
         count += f", with tracking of {replace(state.tracking, place=False).what}"
-    where = f"run it in {_PROGRAMS[arguments.script]}, in the scene of the clip"
+    where = f"run it in {_PROGRAMS[arguments.script]}, with the scene of the clip open"
     remark(f"{arguments.output}: {count}; {where}")
     return _tell_place(arguments, state.tracking is not None and state.tracking.place)
 

@@ -136,13 +136,13 @@ def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
         say(
             f"{name}: {count_of(len(joints), 'joint')} in {count_of(difference.frames, 'frame')}, "
             f"up to {largest_degrees(difference):.3f}°; joints move by at most "
-            f"{difference.max_position_of_height:.1e} of the height"
+            f"{difference.max_position_of_height:.1e} of the figure's height"
         )
     for name in found.same_motion:
         say(f"{name}: different bytes, same motion")
     say(
         f"{count_of(found.in_both, 'clip')} compared: {len(found.identical)} identical, "
-        f"{len(found.same_motion)} of the same motion, {len(found.different)} different; "
+        f"{len(found.same_motion)} with the same motion, {len(found.different)} different; "
         f"{len(found.only_a)} only in {a}, {len(found.only_b)} only in {b}"
     )
 

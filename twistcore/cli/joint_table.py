@@ -39,7 +39,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
     rows = [(terminal_text(e["joint"]), e["taken_for"], e["by"]) for e in entries]
     if rows:
         width = max(_WIDTH, *(len(joint) for joint, *_ in rows))
-        say(f"  {'joint':<{width}} {'body part':<24} known by", head=True)
+        say(f"  {'joint':<{width}} {'body part':<24} recognised by", head=True)
         for joint, taken, by in rows:
             say(f"  {joint:<{width}} {taken:<24} {terminal_text(by)}".rstrip())
 

@@ -229,7 +229,7 @@ def _report(report: Parser) -> None:
         "what",
         type=Path,
         metavar="SESSION|OUTDIR",
-        help="a session, or the folder of results of `twistcore batch`",
+        help="a session, or the OUTDIR of `twistcore batch`",
     )
     report.add_argument(
         "-o", "--output", type=folder, required=True, metavar="DIR", help="folder for the pages"
@@ -256,13 +256,13 @@ def _report(report: Parser) -> None:
     report.add_argument(
         "--play",
         action="store_true",
-        help="also play the intervals in the pages of a folder, with up to 3 MB each "
-        "(a page of a session always plays them)",
+        help="also play the intervals on the pages of a batch folder, which adds up to 3 MB to "
+        "each page (the page of a session always plays them)",
     )
     report.add_argument(
         "--no-pictures",
         action="store_true",
-        help="leave out the 3D pictures and the figure that plays",
+        help="leave out the 3D pictures and the animated figure",
     )
     report.set_defaults(run=deferred("report_command", "report_command"))
 
@@ -308,7 +308,7 @@ def _tune(tune: Parser) -> None:
         "source",
         type=Path,
         metavar="FOLDER|CLIP",
-        help="a folder of clips, or a clip; with --verdicts a folder of clips and their sessions",
+        help="a folder of clips, or a clip; with --verdicts, a folder of clips and their sessions",
     )
     tune.add_argument(
         "-o",
@@ -343,7 +343,7 @@ def _tune(tune: Parser) -> None:
     tune.add_argument(
         "--performer",
         metavar="NAME",
-        help="use only clips of this performer, with --verdicts (default: everyone)",
+        help="with --verdicts: use only clips of this performer (default: everyone)",
     )
     tune.add_argument(
         "--alarm-price",
@@ -376,8 +376,7 @@ def _benchmark(benchmark: Parser) -> None:
         action="extend",
         nargs="+",
         metavar="NAME",
-        help="protocols by which errors are drawn, as listed by `twistcore inject --help` "
-        "(default: P0)",
+        help="protocols for drawing errors, as listed by `twistcore inject --help` (default: P0)",
     )
     benchmark.add_argument(
         "--methods",
@@ -499,7 +498,7 @@ def _help_command(arguments: argparse.Namespace) -> int:
     return 0
 
 
-_PROTOCOL = "protocol by which errors are drawn, or several joined by '+' (default: %(default)s)"
+_PROTOCOL = "protocol for drawing errors, or several joined with '+' (default: %(default)s)"
 
 # In the order in which --help lists them.
 _COMMANDS: Mapping[str, Callable[[Parser], None]] = {

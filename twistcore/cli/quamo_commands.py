@@ -81,7 +81,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
         for lost in lost_sentences(found, motion.skeleton.names, causal=arguments.causal):
             note(f"{arguments.clip}: {lost}")
     name = motion.skeleton.names[placed] if placed is not None else ""
-    smoothed = f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
+    smoothed = f"smoothed with a spline, cut-off {cutoff:.2g} Hz"
     remark(
         f"{arguments.output}: {count_of(len(joints), 'joint')}"
         f"{f' and the position of {name}' if place else ''} "
@@ -90,14 +90,14 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     turning, moving = untracked_names(motion, joints, placed if place else None)
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the position of ")):
         if names:
-            left = "was left as it is" if len(names) == 1 else "were left as they are"
+            left = "was left unchanged" if len(names) == 1 else "were left unchanged"
             remark(f"  {what}{_listed(names)} {left}")
     way = way_words(arguments.causal, gains, motion.frame_time, place=place)
     remark(f"  {SPLINE_WAY if spline else way}")
     if first:
-        remark(f"  frames before {first} are not captured motion and were left as they are")
+        remark(f"  frames before {first} are not captured motion and were left unchanged")
     if not arguments.causal and (cut := cuts_as_text(motion, first)):
-        remark(f"  {cut}: not smoothed across")
+        remark(f"  {cut}: the spline does not smooth across cuts")
     _tell_quality(motion, made, first, unit)
     return 0
 
@@ -117,14 +117,14 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     _warn_of_twist(clip, joints, spans)
     tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spans:
-        remark(f"{arguments.output}: no burst of noise was found, so nothing changed")
+        remark(f"{arguments.output}: no burst of noise was found, so nothing was changed")
         return 0
     bursts: dict[tuple[int, int], list[str]] = {}
     for span in spans:
         bursts.setdefault((span.start, span.stop), []).append(names[span.joint])
     remark(
-        f"{arguments.output}: {count_of(len(bursts), 'burst')} of noise smoothed by a spline, "
-        f"cut-off {cutoff:.2g} Hz; nothing else changed"
+        f"{arguments.output}: {count_of(len(bursts), 'burst')} of noise smoothed with a spline, "
+        f"cut-off {cutoff:.2g} Hz; nothing else was changed"
     )
     for (start, stop), own in bursts.items():
         remark(f"  frames {start}–{stop}: {_listed(own)}")
@@ -164,7 +164,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
         return clip
     for name in ("template", "up", "person"):
         if getattr(arguments, name) is not None:
-            raise TwistError(f"--{name} is only for files of poses; leave it out for a BVH")
+            raise TwistError(f"--{name} is only for pose files; leave it out for a BVH")
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 

@@ -44,7 +44,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
         topology = find_topology(motion.skeleton)
         unit = metres_per_unit(motion.skeleton, arguments.unit)
         if motion.positioned != (int(topology.joints[0]),):
-            raise TwistError("expected position channels of the root only")
+            raise TwistError("expected only the root to have position channels")
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     first = leading_frames(motion)
@@ -110,7 +110,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
     if not any(networks.values()):
         note(
-            f"{weights} contains no network of a held-out subject, so the table has no row of "
+            f"{weights} contains no network for a held-out subject, so the table has no row for "
             "learned gains; set --weights to a folder with files such as "
             f"{weights_name('full', HELD_OUT[0])} (included only in the source, in assets/quamo)"
         )

@@ -31,7 +31,7 @@ def how_words(causal: bool, gains: Gains | None) -> str:
     how = f"tracked {'causally' if causal else 'both ways'} with "
     if gains is None:
         return how + "learned gains"
-    return how + f"hand gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
+    return how + f"hand-set gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
 
 
 def way_words(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:

@@ -95,8 +95,8 @@ def uncorrected_sentences(
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
                 moved.append(
-                    f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
-                    f"it by up to {share:.1e} of the height"
+                    f"{clip.path}: {name} is not on the axis of {chain.name}, so the correction "
+                    f"moves it by up to {share:.1e} of the figure's height"
                 )
     alone = JointRepairs(correctable(clip.motion, chains, chosen)).intervals
     moving = dict.fromkeys(i.joint for i in alone if moves_joints(clip.motion, i))

@@ -28,11 +28,11 @@ PROGRAMS = tuple(_IMPORTS)
 _FITS = 0.01  # allowed distance as a share of the height: above rounding, below changes of the pose
 _TOLERANCE = 0.5  # degrees
 
-_HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
+_HEADER = '''"""Corrections of {clip}: run this in {program} with the clip's original scene open.
 
-The script first checks that the scene moves like the clip. Then it sets keys for the rotations of
-the joints in KEYS at the frames listed there, and nothing else. With DRY_RUN = True it only
-reports. Frame f of the clip is at START + f · SCENE_FPS / CLIP_FPS in the scene.
+The script first checks that the motion of the scene matches the clip. Then it sets keys for the
+rotations of the joints in KEYS at the frames listed there, and nothing else. With DRY_RUN = True it
+only reports. Frame f of the clip is at START + f · SCENE_FPS / CLIP_FPS in the scene.
 """
 
 import math
@@ -47,7 +47,7 @@ SCENE_FPS = {scene_fps:.9g}
 CLIP_FPS = {clip_fps:.9g}
 FRAMES = {frames}
 HEIGHT = {height:.9g}
-FITS = {fits:g}  # of the height
+FITS = {fits:g}  # share of the figure's height
 TOLERANCE = {tolerance:g}  # degrees
 '''
 

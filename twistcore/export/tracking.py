@@ -41,8 +41,8 @@ WARNING = (
 # Measured by benchmarks/quamo_before_detection.py. The table is in docs/quamo.md.
 DEMONSTRATION = (
     "In a test with 820 errors injected into 40 clips, the program found all errors before "
-    "tracking. After tracking, it found only 6 % with the right ends; it missed the others "
-    "or found them with wrong ends."
+    "tracking. After tracking, it found only 6 % with the correct start and stop; it missed the "
+    "others or found them with a wrong start or stop."
 )
 
 
@@ -114,8 +114,8 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     if tracking.weights != weights_mark():
         named = shown_words(tracking.weights) or "–"
         raise TwistError(
-            f"expected the networks {named}, found {weights_mark()}: another version of the "
-            "program learned these gains"
+            f"expected the networks {named}, found {weights_mark()}: the session's gains were "
+            "learned with another version of the program"
         )
 
 

@@ -92,7 +92,7 @@ def _whole(digits: str) -> int:
 def _finite(digits: str) -> float:
     if math.isfinite(found := float(digits)):
         return found
-    raise ValueError(f"a number that is too large ({digits[:20]})")
+    raise ValueError(f"a number is too large ({digits[:20]})")
 
 
 def _no_number(word: str) -> float:
@@ -196,7 +196,7 @@ def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
 def _bounds(low: float, high: float, most: float) -> str:
     if high < most:
         return f" from {low} to {high}"
-    return f" from {low} on" if low > -most else ""
+    return f" of at least {low}" if low > -most else ""
 
 
 def one_of(value: Any, what: str, known: Collection[str]) -> str:

@@ -95,7 +95,7 @@ def why_not_written(name: PurePath | str, endings: str) -> str:
     if PurePath(name).suffix.lower() == ".glb":
         return (
             f"expected a name that ends in {endings}, as the clip's own name does (`twistcore "
-            "convert` then makes a .glb of it)"
+            "convert` then makes a .glb from it)"
         )
     kind = other_format(name)
     return kind and (

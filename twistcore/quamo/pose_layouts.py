@@ -84,7 +84,9 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     if not persons:
         raise PosesError(f"{path} contains no person")
     if len(persons) > 1 if person is None else person not in persons:
-        wanted = "--person to choose one" if person is None else f"one of the persons, not {person}"
+        wanted = (
+            "--person to choose one" if person is None else f"a person in the file, not {person}"
+        )
         some = list(persons.items())[:30]
         who = printable(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
         raise PosesError(f"{path}: expected {wanted}; the file contains {who}")
@@ -305,7 +307,7 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
     first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
     note = (
         f"{span - len(ids)} of {span} frames are missing, at most {int(np.diff(ids).max()) - 1} in "
-        f"a row; the first is {first}. They are interpolated between their neighbours."
+        f"a row; the first is frame {first}. They are interpolated between their neighbours."
     )
     return replace(poses, rotations=rotations, places=places, notes=(*poses.notes, note))
 

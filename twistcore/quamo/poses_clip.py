@@ -124,8 +124,10 @@ def _upwards(poses: Poses, asked: str | None) -> tuple[str, tuple[str, ...]]:
     axis = asked or poses.up or stands
     notes = []
     if asked is None:
-        why = "the axis of this layout" if poses.up else "the figure is then upright"
-        notes.append(f"The file's {axis} axis is taken as up ({why}); choose another with --up.")
+        why = "as usual in this layout" if poses.up else "the figure is then upright"
+        notes.append(
+            f"The file's {axis} axis is taken as up ({why}); choose another axis with --up."
+        )
     if along[axis] < 0.3 and along[stands] > 0.6:
-        notes.append(f"With {axis} up the figure is not upright; with --up={stands} it would be.")
+        notes.append(f"With {axis} up, the figure is not upright; with --up={stands}, it is.")
     return axis, tuple(notes)

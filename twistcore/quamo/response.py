@@ -46,7 +46,7 @@ def response_words(name: str, late: float, over: float) -> str:
     overshoot as a fraction. At very low frame rates, the lag is negative.
     """
     if not np.isfinite(late):
-        return f"{name} does not follow, because κP is 0"
+        return f"{name} does not follow the input, because κP is 0"
     ms = round(1000.0 * abs(late))
     way = f"lags {ms} ms" if late > 0.0 or ms == 0 else f"runs {ms} ms ahead"
     return f"{name} {way} and overshoots a step by {100.0 * over:.0f} %"

@@ -133,8 +133,8 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         )
     if moved:
         notes.append(
-            f"The skeleton's rest pose differs from SMPL's T-pose: {', '.join(moved)} turned. The "
-            "roll of limbs at rest is unknown."
+            f"The skeleton's rest pose differs from SMPL's T-pose at these joints: "
+            f"{', '.join(moved)}. The roll of limbs at rest is unknown."
         )
     return RestChange(turns, tuple(notes))
 

@@ -92,8 +92,8 @@ def find_topology(skeleton: Skeleton) -> Topology:
             return _topology(skeleton, names)
     missing = [name for name in CMU_NAMES if name not in skeleton.names]
     raise TwistError(
-        f"expected the 24 joints of CMU or SMPL, found no {missing[0]!r}"
-        + (f" and {len(missing) - 1} more missing" if len(missing) > 1 else "")
+        f"expected the 24 joints of CMU or SMPL, but the skeleton lacks {missing[0]!r}"
+        + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
     )
 
 

@@ -80,7 +80,7 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     for path in others:
         if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
             raise TwistError(
-                f"{path} already exists, but this version did not write it, or it was "
+                f"{path} already exists, but was not written by this version or has been "
                 "changed since; move that file, or leave the report out"
             )
     if is_file(listing) and not marks:

@@ -279,7 +279,7 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
                 _check_chains(command.rig, command.tau, motion)
                 _check((), command.found, None, frames)
             case LeaveOut() if frames is not None and any(b > frames for _, b in command.spans):
-                raise FormatError("frames after the last one")
+                raise FormatError("expected excluded frames within the clip")
             case Settle():
                 _check((), (j.interval for j in command.earlier), review.state, frames)
             case CarryOver():

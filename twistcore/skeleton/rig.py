@@ -92,8 +92,8 @@ class OwnChain:
         if not self.limb and skeleton.parents[child] != parent:
             between = skeleton.names[joint_path(skeleton, parent, child)[0]]
             raise TwistError(
-                f"{self.joints[1]} is not a child of {self.joints[0]}; choose {between} "
-                f"between them, because {between} counter-rotates when an error twists "
+                f"{self.joints[1]} is not a child of {self.joints[0]}; choose {between}, "
+                f"which lies between them, because {between} counter-rotates when an error twists "
                 f"{self.joints[0]}"
             )
         chain = make_chain(motion, parent, child, below)

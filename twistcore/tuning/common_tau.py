@@ -69,7 +69,7 @@ class CommonTau:
         low, high, least = map(math.degrees, (self.common.low, self.common.high, self.common.least))
         return (
             f"The smallest accepted error is {least:.1f}°; any τ from {low:.2f} to {high:.2f}° "
-            "may be as good."
+            "may be equally good."
         )
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
@@ -126,7 +126,7 @@ class CommonTau:
         if more < 0:
             tells.append(f"misses {-more} more of the {int(curve.errors.sum())} errors")
         return (
-            f"{name} needs its own τ of {math.degrees(chain.own.tau):.2f}°, because it "
+            f"{name} needs its own τ of {math.degrees(chain.own.tau):.2f}°, because this τ "
             f"{', '.join(tells)}."
         )
 

@@ -46,9 +46,9 @@ class SharedTau:
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
         said = (
-            f"1 of {of} chains is best at {degrees:.2f}°"
+            f"1 of {of} chains does best with {degrees:.2f}°"
             if len(self.best) == 1
-            else f"{len(self.best)} of {of} chains are best at {degrees:.2f}°"
+            else f"{len(self.best)} of {of} chains do best with {degrees:.2f}°"
         )
         if few:
             lose = (
@@ -56,7 +56,7 @@ class SharedTau:
                 if few == 1
                 else f"{few} chains lose less than one percentage point with this τ"
             )
-            said = f"{said}, {lose}" if self.apart else f"{said} and {lose}"
+            said = f"{said}; {lose}" if self.apart else f"{said} and {lose}"
         if not self.apart:
             return f"{said}: one τ is enough for all chains."
         own = (

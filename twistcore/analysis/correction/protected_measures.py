@@ -76,7 +76,7 @@ class ProtectedMeasure:
     def doubt(self) -> str:
         """The reason to doubt the correction, as a clause."""
         if self.name == HINGE:
-            return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
+            return f"the {self.word} would bend {self.growth:.0f}° further out of its hinge plane"
         if self.name == TURNS:
             if self.growth <= 1.0:
                 return f"in one more frame, {self.joint} would turn faster than any body can"
@@ -84,11 +84,11 @@ class ProtectedMeasure:
             return f"in {more} more frames, {self.joint} would turn faster than any body can"
         if self.name == ROLL:
             then, now = (f"{turn:.0f}°" for turn in (self.after, self.before))
-            return f"the {self.word} would turn by {then} in one frame instead of {now}"
+            return f"in one frame, the {self.word} would turn by {then} instead of {now}"
         if self.name == PATH:
             share = 100.0 * self.growth / max(self.before, 1e-9)
-            return f"the path of the {self.word} would get {share:.0f} % longer"
-        return f"{self.joint} would move by {self.after:.1f} % of the height"
+            return f"the {self.word} would travel a path that is {share:.0f} % longer"
+        return f"{self.joint} would move by {self.after:.1f} % of the figure's height"
 
 
 @dataclass(frozen=True, eq=False)

@@ -173,7 +173,7 @@ def _below(
     if most >= place.tau and least <= ONE_JOINT * most:
         return place.reason(Why.ONE_JOINT, f"only one joint turns there ({beyond})", **numbers)
     if most >= place.tau and not c.event[row, t] and abs(wrap(rx + ry)) > AGREE_SHARE * most:
-        return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
+        return place.reason(Why.UNEQUAL, f"the turns do not cancel out ({beyond})", **numbers)
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
             f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
@@ -281,9 +281,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
         because = (
-            f"only {only} turns there over {span} ({turns}), so it is not a counter-twist"
+            f"only {only} turns over {span} ({turns}), so this is not a counter-twist"
             if span
-            else f"only {only} turns there ({turns}), so it is not a counter-twist"
+            else f"only {only} turns there ({turns}), so this is not a counter-twist"
         )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:
@@ -291,7 +291,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     open_by = float(wrap(edge.x + edge.y))
     if abs(open_by) > AGREE_SHARE * max(sizes):
         alike = (
-            "both joints turn the same way" if edge.x * edge.y > 0.0 else "the turns do not cancel"
+            "both joints turn the same way"
+            if edge.x * edge.y > 0.0
+            else "the turns do not cancel out"
         )
         alike = f"{alike} over {span}" if span else alike
         because = f"{alike} ({turns}; {signed_degrees(open_by)} remains)"

@@ -136,5 +136,5 @@ def _no_partner(
         f"{place.called(best.start)}, leaves a difference of {unsigned_degrees(open_by)}"
     )
     if open_by < NEVER_CLOSED:
-        because = f"{because}, and no flip can lie between the two"
+        because = f"{because}, and no flip can occur between the two"
     return place.reason(Why.NO_PARTNER, because, open_deg=math.degrees(open_by), **numbers)

@@ -235,8 +235,8 @@ def workers(text: str) -> int:
 
 def _whole(text: str, least: int, most: int) -> int:
     if not (text.isdecimal() and len(text) <= 18 and least <= int(text) <= most):
-        what = "a whole number above 0" if least else "a whole number from 0"
-        up_to = f" and up to {most:,}" if text.isdecimal() and text.strip("0") else ""
+        what = f"a whole number of at least {least}"
+        up_to = f" and at most {most:,}" if text.isdecimal() and text.strip("0") else ""
         raise argparse.ArgumentTypeError(f"expected {what}{up_to}, found {text[:40]!r}")
     return int(text)
 

@@ -23,8 +23,8 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "paths",
         nargs="*",
         metavar="PATH",
-        help="clip, folder with all its subfolders, quoted pattern (** crosses folders), URL, "
-        "@FILE with one of these per line, or '-' for such a list on standard input",
+        help="clip, folder with all its subfolders, quoted pattern (** matches subfolders, too), "
+        "URL, @FILE with one of these per line, or '-' for such a list on standard input",
     )
     parser.add_argument(
         "--from",
@@ -40,7 +40,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         default="",
         metavar="OUTDIR",
         help="folder for the results, or its URL (default: no folder, which is possible only "
-        "with --fail-if or a file of results, and without --refine and --report)",
+        "with --fail-if or a results file, and without --refine and --report)",
     )
     parser.add_argument(
         "--resume",
@@ -131,7 +131,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
         type=shard,
         default=(1, 1),
         metavar="I/N",
-        help="process only part I of N parts of the clips (default: 1/1)",
+        help="divide the clips into N parts, and process only part I (default: 1/1)",
     )
     parser.add_argument(
         "--time-limit",
@@ -143,13 +143,13 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
         "--memory-limit",
         type=mebibytes,
         metavar="MIB",
-        help="memory that a clip may take in addition to 12 times its size, at least 256 "
+        help="memory that a clip may use in addition to 12 times its size, at least 256 "
         "(default: 1430)",
     )
     add_detection(parser.add_argument_group("detection, as in `twistcore detect`"), tau_degrees)
     parser.add_argument("--refine", action="store_true", help="also write corrected clips")
     add_correction(parser)
-    parser.add_argument("--report", action="store_true", help="write OUTDIR/report/index.html")
+    parser.add_argument("--report", action="store_true", help="also write OUTDIR/report/index.html")
     for name, what in (
         ("jsonl", "JSON documents, one per line"),
         ("parquet", "a Parquet table"),

@@ -61,7 +61,7 @@ class CommandHelp:
 
 PROGRAM = CommandHelp(
     "find and remove axial twist errors in motion capture",
-    "Every command has options and examples of its own: twistcore help COMMAND.",
+    "Every command has its own options and examples: twistcore help COMMAND.",
     (
         "twistcore info walk.bvh",
         "twistcore detect walk.bvh --explain",
@@ -77,7 +77,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
     "info": CommandHelp(
         "show the frames, joints, chains and limbs of clips",
         "One clip is shown in full, several clips as one row each. The first column of the chains "
-        "and limbs has the names that --chain takes.",
+        "and limbs lists the names for --chain.",
         (
             "twistcore info walk.bvh",
             "twistcore info walk.bvh run.bvh --json",
@@ -89,7 +89,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "list the intervals with errors",
         "Each line is one interval: chain, start, stop, offset δ and confidence. Frames "
         "are counted from 0, and stop is the first frame after the interval: 20 – 27 "
-        "means the frames 20 to 26. Text, JSON and CSV contain the same numbers. 'open' "
+        "means frames 20 to 26. Text, JSON and CSV contain the same numbers. 'open' "
         "means that one side or one joint is uncertain.",
         (
             "twistcore detect walk.bvh --explain",
@@ -101,7 +101,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
     "signals": CommandHelp(
         "write the curves in which errors are detected, as CSV or JSON",
         "For each chain and frame: the parent's twist θp, the child's azimuth θc, their "
-        "increments, the strength m and two reliabilities. Angles are degrees.",
+        "increments, the strength m and two reliabilities. Angles are in degrees.",
         (
             "twistcore signals walk.bvh --csv walk.csv --chain LeftForeArm",
             "twistcore signals walk.bvh run.bvh --csv - --chain LeftArm",
@@ -124,9 +124,9 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "refine": CommandHelp(
         "write a corrected clip",
-        "Corrects the intervals that are certain enough, counts the others, and keeps every other "
-        "byte of the clip. To judge the other intervals, open the clip or the session in the "
-        "window: twist-inspector CLIP.",
+        "Corrects the intervals that are certain enough, counts the other intervals, and keeps the "
+        "rest of the clip byte for byte. To judge the other intervals, open the clip or the "
+        "session in the window: twist-inspector CLIP.",
         (
             "twistcore refine walk.bvh -o walk.clean.bvh --report report",
             "twistcore refine walk.bvh -o walk.clean.bvh --session walk.twist.json",
@@ -136,15 +136,15 @@ COMMANDS: Mapping[str, CommandHelp] = {
     "apply": CommandHelp(
         "write the corrections accepted in sessions",
         "A session is a review that the window or `twistcore refine --session` wrote. The result "
-        "has the same bytes as the window's export. With two folders, each session is applied to "
-        "its clip, and OUT is a folder.",
+        "is the same, byte for byte, as the window's export. With two folders, each session is "
+        "applied to its clip, and OUT is a folder.",
         (
             "twistcore apply walk.twist.json walk.bvh -o walk.clean.bvh",
             "twistcore apply reviewed captures -o corrected --workers 4",
         ),
     ),
     "report": CommandHelp(
-        "write web pages of a session or of a batch folder",
+        "write web pages for a session or a batch folder",
         "",
         (
             "twistcore report walk.twist.json -o pages --clip walk.bvh",
@@ -153,7 +153,8 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "inject": CommandHelp(
         "inject known errors into a clip",
-        "The errors are drawn at random by a protocol. The truth file lists them for `evaluate`.",
+        "The errors are drawn at random according to a protocol. The truth file lists them for "
+        "`evaluate`.",
         ("twistcore inject walk.bvh -o bad.bvh --truth bad.truth.json --seed 1",),
     ),
     "evaluate": CommandHelp(
@@ -176,7 +177,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ("twistcore benchmark captures --protocol P0 H1 --methods detectors --json bench.json",),
     ),
     "batch": CommandHelp(
-        "process many clips into a folder of results",
+        "process many clips and write the results into a folder",
         "Each clip is processed separately: if one crashes, hangs or takes too much memory, it is "
         "listed and the others continue. OUTDIR keeps the results in manifest.sqlite. Run the "
         "command again to continue an interrupted run, and to process clips that are new or whose "
@@ -187,28 +188,28 @@ COMMANDS: Mapping[str, CommandHelp] = {
             "--csv o.csv",
             "twistcore batch captures -o out-3 --shard 3/20",
         ),
-        "Exit code: 0 done; 1 finished, but a clip could not be processed, a PATH named no clip, "
+        "Exit code: 0 done; 1 finished, but a clip could not be processed, a PATH matched no clip, "
         "with --refine an interval could not be corrected, or a rule of --fail-if is broken (all "
-        "listed); 2 wrong usage, or no clip could be read; 130 stopped by Ctrl+C.",
+        "listed); 2 wrong usage, or no clip could be read; 130 stopped with Ctrl+C.",
     ),
     "watch": CommandHelp(
         "process the clips of a folder as they arrive, until the command is stopped",
-        "Each new or changed clip is processed as by `twistcore batch` when it is "
+        "Each new or changed clip is processed as with `twistcore batch` once it is "
         "completely written, and all results are updated. Stop the command with Ctrl+C; "
-        "the same command continues.",
+        "run the same command again to continue.",
         (
             "twistcore watch deliveries -o out --report",
             "twistcore watch deliveries -o out --fail-if 'severity>5' --csv out.csv --idle 3600",
             "twistcore watch deliveries -o out --once",
         ),
-        "Exit code: 0 or 1 as for `twistcore batch`, from the latest results, also after "
-        "Ctrl+C; 1 if a clip was still being written; 2 wrong usage; 130 stopped while it "
-        "processed clips.",
+        "Exit code: 0 or 1 as for `twistcore batch`, based on the latest results, also after "
+        "Ctrl+C; 1 if a clip was still being written; 2 wrong usage; 130 stopped while clips "
+        "were being processed.",
     ),
     "merge": CommandHelp(
         "merge the folders of several batches, such as shards, into one",
         "Copies the clips, results, decisions and corrected files into OUTDIR. If several folders "
-        "have the same clip, its latest result counts. `twistcore batch` with the same OUTDIR and "
+        "have the same clip, the latest result is used. `twistcore batch` with the same OUTDIR and "
         "all PATHs then processes the remaining clips.",
         (
             "twistcore merge out-1 out-2 out-3 -o out",
@@ -218,7 +219,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "file could not be copied (all listed); 2 wrong usage, or a damaged folder.",
     ),
     "quamo": CommandHelp(
-        "track or smooth motion that jitters, after the review",
+        "track or smooth jittery motion after the review",
         "Correct twist errors first: tracking would smear their edges.",
         ("twistcore quamo refine walk.bvh -o smooth.bvh",),
     ),
@@ -234,9 +235,9 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "convert": CommandHelp(
         "write the skeleton of an FBX, glTF or .blend file as BVH, or a clip as glTF",
-        "Blender reads the file in a process of its own, so Blender must be installed "
-        "(docs/pipelines.md). A .glb is written without Blender: the joints and their animation, "
-        "without End Sites.",
+        "Blender reads the file in a separate process, so Blender must be installed "
+        "(docs/pipelines.md). A .glb is written without Blender and contains the joints and their "
+        "animation, but no End Sites.",
         (
             "twistcore convert take.fbx -o take.bvh",
             "twistcore convert walk.bvh -o walk.glb --unit 0.056444",
@@ -244,8 +245,8 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "clean": CommandHelp(
-        "rewrite a clip in other angles, axes, units, channels, names or rates",
-        "Each option changes only what it names; every other byte stays the same. The "
+        "rewrite a clip with other angles, axes, units, channels, names or rates",
+        "Each option changes only what it names; all other bytes stay the same. The "
         "changed joints and frames are listed. The written file is read again and "
         "compared with the source. Clips in other formats are written as BVH.",
         (
@@ -256,7 +257,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "A review belongs to the original clip, because its session stores the hash of "
         "the clip and the joint names of its chains. Export the corrections first, and "
         "clean the corrected clip. Exit code: 1 if the written poses differ from the "
-        "source by more than 1e-4° or 1e-4 of the height.",
+        "source by more than 1e-4° or 1e-4 of the figure's height.",
     ),
     "completion": CommandHelp(
         "print a script that lets a shell complete commands, options and files",
@@ -273,8 +274,8 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ("twistcore help", "twistcore help detect", "twistcore help quamo refine"),
     ),
     "quamo refine": CommandHelp(
-        "smooth or track a clip and write it",
-        "CLIP is a BVH or a file of poses (.npz, .pkl). The spline is best for a file, and the "
+        "smooth or track a clip and write the result",
+        "CLIP is a BVH or a pose file (.npz, .pkl). The spline is best for a file, and the "
         "tracker for a stream. Reports jitter, foot slide and deviation before and after.",
         (
             "twistcore quamo refine walk.bvh -o smooth.bvh",

@@ -69,7 +69,7 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
         "--reference",
         type=Path,
         metavar="CLIP",
-        help="another take of the same skeleton; bones that differ from it by more than 30° in "
+        help="another take with the same skeleton; bones that differ from it by more than 30° in "
         "every frame are noted (default: none)",
     )
 
@@ -123,5 +123,5 @@ def add_voice(parser: argparse.ArgumentParser) -> None:
         "-v",
         "--verbose",
         action="store_true",
-        help="also print each step and its time, on standard error",
+        help="also print each step and its duration on standard error",
     )

@@ -19,7 +19,7 @@ def add_chains(parser: argparse._ActionsContainer) -> None:
         action="append",
         metavar="NAME",
         help="examine only this chain and the limb that begins with it, or only this limb; "
-        "`twistcore info` lists the names, case is ignored; repeatable (default: all)",
+        "`twistcore info` lists the names; case is ignored; repeatable (default: all)",
     )
     parser.add_argument(
         "--person",
@@ -43,8 +43,8 @@ def add_rig(parser: argparse._ActionsContainer) -> None:
         "--joint-names",
         type=Path,
         metavar="FILE",
-        help="TOML file of names for joints, in addition to the known names (docs/joint-names.md; "
-        "default: none)",
+        help="TOML file with names for joints, in addition to the known names "
+        "(docs/joint-names.md; default: none)",
     )
 
 
@@ -78,8 +78,8 @@ def add_detection(
         "--tau",
         type=tau_type,
         metavar="auto|DEG",
-        help="threshold τ of all chains, in degrees; limbs keep auto (default: auto, from the "
-        "noise of each chain)",
+        help="threshold τ for all chains, in degrees; limbs always use auto (default: auto, from "
+        "the noise of each chain)",
     )
     parser.add_argument(
         "--profile",

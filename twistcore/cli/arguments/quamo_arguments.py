@@ -34,7 +34,7 @@ def add_quamo(parser: argparse.ArgumentParser) -> None:
 
 
 def _refine(refine: argparse.ArgumentParser) -> None:
-    add_clip(refine, "the BVH or file of poses to read")
+    add_clip(refine, "the BVH or pose file to read")
     add_output(refine)
     refine.add_argument(
         "--method",
@@ -104,17 +104,17 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--template",
         type=Path,
         metavar="BVH",
-        help="clip with the bone lengths for a file of poses (default: the lengths in the file)",
+        help="clip with the bone lengths for a pose file (default: the lengths in the file)",
     )
     refine.add_argument(
         "--up",
         choices=("y", "z", "-y"),
-        help="upward axis of a file of poses, such as --up=-y (default: as in the file)",
+        help="upward axis of a pose file, such as --up=-y (default: as in the file)",
     )
     refine.add_argument(
         "--person",
         metavar="ID",
-        help="person to read from a file of poses (default: the only one)",
+        help="person to read from a pose file (default: the only one)",
     )
     refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
 
@@ -136,7 +136,7 @@ def _noise(noise: argparse.ArgumentParser) -> None:
         type=not_negative,
         default=0.0,
         metavar="X",
-        help="bursts of noise in a minute (default: %(default)g)",
+        help="bursts of noise per minute (default: %(default)g)",
     )
     noise.add_argument(
         "--seed",
@@ -196,8 +196,8 @@ def _train(train: argparse.ArgumentParser) -> None:
         "--hold-out",
         nargs="+",
         metavar="SUBJECT",
-        help="train one network without each of these subjects; 'none' trains on all clips "
-        "(default: all held-out subjects and none)",
+        help="for each of these subjects, train a network without the subject's clips; 'none' "
+        "trains on all clips (default: all held-out subjects and none)",
     )
     train.add_argument(
         "--variant",
@@ -209,7 +209,7 @@ def _train(train: argparse.ArgumentParser) -> None:
         "--epochs", type=count, metavar="N", help="passes over the clips (default: 60)"
     )
     train.add_argument(
-        "--width", type=count, metavar="N", help="units of a hidden layer (default: 128)"
+        "--width", type=count, metavar="N", help="units in each hidden layer (default: 128)"
     )
     train.add_argument(
         "--seed",

@@ -27,7 +27,7 @@ class PaperDetector:
         strength="m",
         has_confidence=False,
         limb_flips=False,
-        note="[Choi26] §3.3, angles wrapped, τ 5°; its running sum is removed unchanged",
+        note="[Choi26] §3.3, angles wrapped, τ 5°; the correction removes the running sum",
         action="Detect with the paper's detector",
     )
 

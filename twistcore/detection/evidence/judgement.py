@@ -176,7 +176,10 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":
-        return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
+        return (
+            f"the {joint} would bend {t.off_after - t.off_before:.0f}° further out of its "
+            "hinge plane"
+        )
     if term == "off_its_side":
         return (
             f"the {joint} would bend in a direction {t.off_after:.0f}° away from its usual "
@@ -192,7 +195,7 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
         return (
-            f"together, the two bones rotate {t.together:.0f} times the offset, so the limb "
+            f"together, the two bones rotate by {t.together:.0f} times the offset, so the limb "
             "moves fast"
         )
     if term == "long":

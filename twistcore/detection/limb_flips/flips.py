@@ -131,9 +131,9 @@ class LimbFlips:
             found.append("there is a burst of noise")
         now, then = child_path(self.swivel, run.start, run.offset)
         if then[0] >= now[0]:
-            found.append(f"the path of the {self.limb.middle_word} would get longer")
+            found.append(f"the {self.limb.middle_word} would travel a longer path")
         elif then[1] >= now[1]:
-            found.append(f"the path of the {self.limb.middle_word} would get rougher")
+            found.append(f"the {self.limb.middle_word} would move less smoothly")
         return found
 
     def departures_without(self, offset: Array) -> Array:

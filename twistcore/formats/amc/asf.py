@@ -146,7 +146,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
     named = {head[0].text.lower(): (head, lines) for head, lines in sections}
     for needed in (":root", ":bonedata", ":hierarchy"):
         if needed not in named:
-            raise AmcError(str(path), f"expected a section {needed} of an ASF, found none", line=1)
+            raise AmcError(str(path), f"expected a section {needed} in the ASF, found none", line=1)
     if ":units" in named:
         _read_units(read, named[":units"][1])
     # The sections need not be in this order, but the unit is needed to read angles.
@@ -245,7 +245,9 @@ def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, 
         dof = word.text.lower()
         if dof not in known or dof in out:
             wanted = "rx, ry or rz" if known == _TURNS else "TX, TY, TZ, RX, RY or RZ"
-            raise read.fail(f"expected {wanted}, each once, found {quoted(word.text)}", word)
+            raise read.fail(
+                f"expected {wanted}, each at most once, found {quoted(word.text)}", word
+            )
         out.append(dof)
     return tuple(out)
 
@@ -276,7 +278,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         key = line[0].text.lower()
         # Limits may continue on further lines.
         if key not in _OF_BONE and key[:1] not in "(-+.0123456789":
-            text = f"The bone property {quoted(line[0].text)} is unknown and ignored."
+            text = f"The bone property {quoted(line[0].text)} is unknown and was ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
         raise read.fail("expected 'name' and one word for this bone", (named or [end])[0])
@@ -320,7 +322,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
                 raise read.fail(
-                    (f"expected only one parent of {quoted(word.text)}, found a second one"), word
+                    (f"expected only one parent for {quoted(word.text)}, found a second one"), word
                 )
             read.parents[word.text] = line[0].text
 

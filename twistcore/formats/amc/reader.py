@@ -279,7 +279,7 @@ class _Rows:
                     raise self.fail("expected frames per second, such as 120", line, place + 1)
                 self.fps = fps
             elif key != b":FULLY-SPECIFIED":
-                text = f"{quoted(word.decode('utf-8', 'replace'))} is unknown and ignored."
+                text = f"{quoted(word.decode('utf-8', 'replace'))} is unknown and was ignored."
                 self.warnings.append(ClipWarning(text, line))
 
     def _values(self, words: list[bytes], which: NDArray[np.int64]) -> Array:

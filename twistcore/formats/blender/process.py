@@ -36,8 +36,8 @@ SUFFIXES: Mapping[str, float] = MappingProxyType(
     {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
 )
 _NEEDED = (
-    "Blender was not found: install it so that `blender` is on the path, or name it (or a Python "
-    f"with the module bpy) with --blender or the environment variable {VARIABLE}"
+    "Blender was not found: install it so that `blender` is on the path, or specify it (or a "
+    f"Python that has the module bpy) with --blender or the environment variable {VARIABLE}"
 )
 
 

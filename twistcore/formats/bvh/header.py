@@ -112,7 +112,8 @@ def no_number(expected: str, word: str | None) -> str:
     """
     if has_comma(word):
         return (
-            f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"
+            f"expected a decimal point, found a comma in {quoted(word)}: replace the commas in "
+            "all numbers"
         )
     return expected
 

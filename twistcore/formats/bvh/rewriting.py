@@ -91,7 +91,7 @@ def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
         order = orders.get(name, orders.get("", layout.order))
         if not layout.rotatable and name in orders:
             raise TwistError(
-                f"{clip.path}: expected three rotation channels of {name!r} to reorder, "
+                f"{clip.path}: expected {name!r} to have three rotation channels to reorder, "
                 f"found {len(layout.order)}"
             )
         if not layout.rotatable and layout.order:

@@ -290,7 +290,7 @@ class _Reader(pickle._Unpickler):
             return known
         if (module, name) not in self._classes:
             if len(self._classes) >= _CLASSES or len(module) + len(name) > _LONGEST_KEY:
-                raise _too_much("the pickle names too many classes")
+                raise _too_much("the pickle refers to too many classes")
             made = type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
             self._classes[module, name] = made
         return self._classes[module, name]
@@ -456,7 +456,7 @@ def _plain(found: Any, most: int) -> Any:
         if not isinstance(item, dict | list | tuple | _Array):
             return item, 1
         if depth > _DEEPEST:
-            raise _too_much("the pickle nests too many dicts and lists")
+            raise _too_much("the pickle's dicts and lists are nested too deeply")
         if isinstance(item, _Array):  # an array that contains one array
             return one(item, depth + 1)
         if not item:

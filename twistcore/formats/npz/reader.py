@@ -171,7 +171,10 @@ def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
     for part in names.parts:
         values = _numbers(arrays, part.name)
         if values.size != len(values) * (part.stop - part.start):
-            raise NpzError(f"{path}: expected {part.name} with a shape other than {values.shape}")
+            raise NpzError(
+                f"{path}: expected {part.stop - part.start} numbers per frame in {part.name}, "
+                f"found shape {values.shape}"
+            )
         flat = values.reshape(len(values), part.stop - part.start)
         if not 1 <= len(flat) <= _FRAMES:
             raise NpzError(f"{path}: expected 1 to {_FRAMES} frames, found {len(flat)}")

@@ -87,14 +87,14 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
         and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
     ]
     if not unknown:
-        return f"no joint has a known name for the {end}"
+        return f"no joint name is recognised as a {end}"
     some = ", ".join(repr(name) for name in unknown[:3]) + (" …" if len(unknown) > 3 else "")
-    return f"no joint has a known name for the {end}; these names are unknown: {some}"
+    return f"no joint name is recognised as a {end}; these names are unknown: {some}"
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:
     """Return a note if fewer than four limbs were found in a skeleton without known names."""
     if found >= len(LIMBS):
         return ()
-    why = f"no joint has a known name, and only {found} of four limbs were found by shape"
+    why = f"no joint has a known name, and only {found} of the four limbs were found by shape"
     return (Unexamined("arms and legs" if not found else "other limbs", why),)
