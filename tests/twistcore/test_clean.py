@@ -92,7 +92,7 @@ def assert_no_nearer_angles(angles):
         if np.abs(own - before).max() > 90.0:
             off = np.array([own, other]) - before
             least = np.abs(off - 360.0 * np.round(off / 360.0)).sum(axis=1).min()
-            assert np.abs(own - before).sum() <= least + 1e-6
+            assert np.abs(own - before).sum() <= least + 1e-5
 
 
 @settings(deadline=None, max_examples=300)
