@@ -239,17 +239,26 @@ class UsualLayout(QObject):
 
     def _divide_column(self, chains: int | None = None) -> None:
         """Set the height of the list of chains. The panel above it gets the rest."""
-        parts = [self._docks["intervals"], self._docks["chains"]]
+        parts = [self._in_front("intervals"), self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
         if self._by_hand or self._restored or not self._complete or not together:
             return
-        chains = self._fitting()[1] if chains is None else chains
+        column, fitting, _ = self._fitting()
+        chains = fitting if chains is None else chains
+        if not self._has_left_panels():  # such a panel may have taken some of the column's width
+            self._window.resizeDocks(parts[:1], [column], Qt.Orientation.Horizontal)
         # If one height were missing, Qt would divide the rest between both panels. The status bar,
         # unlike the chains, already has its final position while Qt moves the docks.
         bottom = self._window.statusBar().geometry().top() - _SEPARATOR
         rest = bottom - parts[0].geometry().top() - chains
         self._window.resizeDocks(parts, [max(rest, 0), chains], Qt.Orientation.Vertical)
+
+    def _has_left_panels(self) -> bool:
+        """Return True if a panel is visible to the left of the figure."""
+        area, left = self._window.dockWidgetArea, _Area.LeftDockWidgetArea
+        docks = (dock for dock in self._docks.values() if not dock.isFloating())
+        return any(is_seen(dock) and area(dock) == left for dock in docks)
 
     def follow(self) -> None:
         """Adapt the panels to a new size of the window, unless the user has resized them."""
@@ -287,6 +296,15 @@ class UsualLayout(QObject):
 
     def _sizes(self) -> tuple[int, ...]:
         """Return the width of the right column and the heights of the chains and curves panels."""
-        docks = self._docks
         across = Qt.Orientation.Horizontal
-        return tuple(docks[n].width() if way == across else docks[n].height() for n, way in _SIZED)
+        docks = ((self._in_front(name), way) for name, way in _SIZED)
+        return tuple(dock.width() if way == across else dock.height() for dock, way in docks)
+
+    def _in_front(self, name: str) -> QDockWidget:
+        """Return the dock that is visible in the place of a dock: itself, or the tab before it.
+
+        Qt does not update the position and size of a dock behind a different tab.
+        """
+        dock = self._docks[name]
+        tabs = (dock, *self._window.tabifiedDockWidgets(dock))
+        return next((tab for tab in tabs if is_seen(tab) and not tab.isFloating()), dock)
