@@ -7,7 +7,7 @@ from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette, QPolygo
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from inspector.language import tr
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import as_tip, form_that_fits
 
 _ARROW = 8.0  # pixels, including a margin
 _GAP = 6.0
@@ -25,6 +25,7 @@ class SectionHead(QAbstractButton):
         font = self.font()
         font.setBold(True)
         self.setFont(font)
+        self._short = ""
         self.set_text(text)
 
     @property
@@ -32,8 +33,12 @@ class SectionHead(QAbstractButton):
         """True if the section is folded."""
         return not self.isChecked()
 
-    def set_text(self, text: str) -> None:
-        """Set the text, the tool tip and the accessible name."""
+    def set_text(self, text: str, short: str = "") -> None:
+        """Set the text, the tool tip and the accessible name.
+
+        `short` is shown instead of the text if the text does not fit.
+        """
+        self._short = short
         if text != self.text():
             self.setText(text)
             self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
@@ -68,6 +73,7 @@ class SectionHead(QAbstractButton):
         painter.setPen(self.palette().color(role.Highlight) if self.hasFocus() else ink)
         room = self.rect().adjusted(round(left), 0, 0, 0)
         end = Qt.TextElideMode.ElideRight
-        text = self.fontMetrics().elidedText(self.text(), end, room.width())
+        forms, letters = (self.text(), self._short or self.text()), self.fontMetrics()
+        text = letters.elidedText(form_that_fits(forms, letters, room.width()), end, room.width())
         painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
         painter.end()

@@ -19,7 +19,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Headline, as_rich
+from inspector.widgets.labels import Headline, as_rich, as_tip
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -131,11 +131,14 @@ class TeachingPanel(QWidget):
                 if limb is not None
                 else _EMPTY
             )
-            self.title.setText(as_rich(whole))
+            self.title.set_forms(as_rich(whole))
+            self.title.setToolTip("")
             return
         frame = document.frame + document.first_frame
-        title = tr("{chain}, frame {frame}", chain=of_core(chain.label), frame=frame)
-        self.title.setText(as_rich(title))
+        label = of_core(chain.label)
+        title = tr("{chain}, frame {frame}", chain=label, frame=frame)
+        self.title.set_forms(as_rich(title), as_rich(label))
+        self.title.setToolTip(as_tip(title))
 
     def _lit(self) -> None:
         lit = self._taught.lit

@@ -38,7 +38,7 @@ class _Size:
 
 # The right column is as wide as the card needs, and scrolls the list of chains. The curves are as
 # high as two rows of plots. The figure gets the rest.
-_COLUMN = _Size(share=0.31, least=390, most=540, largest=0.38)
+_COLUMN = _Size(share=0.31, least=410, most=540, largest=0.4)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
 _CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
