@@ -179,6 +179,9 @@ class IntervalColumns(QObject):
             rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
             if chosen or rest >= names:
                 break
+        if not chosen and rest < names <= rest + widths["start"]:
+            shown.remove("start")  # the last resort, if the names fit without this column
+            rest += widths["start"]
         table.verticalHeader().setVisible(numbered > 0)
         last_grows = shown[-1] in ("note", "joints")  # if False, the first column fills the rest
         header.setStretchLastSection(last_grows)

@@ -7,7 +7,8 @@ from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette, QPolygo
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from inspector.language import tr
-from inspector.widgets.labels import as_tip, form_that_fits
+from inspector.widgets.labels import as_tip
+from inspector.widgets.text_forms import form_that_fits
 
 _ARROW = 8.0  # pixels, including a margin
 _GAP = 6.0

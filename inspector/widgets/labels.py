@@ -7,7 +7,6 @@ therefore cause an additional layout and repaint of the window.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from html import escape
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt, QTimer
@@ -105,11 +104,6 @@ def inked(text: str, colour: str) -> str:
 def plain_text(rich: str) -> str:
     """Convert rich text to plain text."""
     return QTextDocumentFragment.fromHtml(rich).toPlainText()
-
-
-def form_that_fits(forms: Sequence[str], letters: QFontMetrics, width: int) -> str:
-    """Return the first of several forms of a text that fits into `width` pixels, or the last."""
-    return next((form for form in forms if letters.horizontalAdvance(form) <= width), forms[-1])
 
 
 class Caption(QWidget):

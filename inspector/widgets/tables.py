@@ -28,7 +28,8 @@ from PySide6.QtWidgets import (
     QTableView,
 )
 
-from inspector.widgets.labels import as_tip, form_that_fits
+from inspector.widgets.labels import as_tip
+from inspector.widgets.text_forms import form_that_fits
 from inspector.widgets.theme import Colours, Theme
 from twistcore.files.encoding import legible
 
