@@ -328,9 +328,13 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
     if isinstance(chain, Helper):
         label, joints = of_core(chain.label), tr("twist bone")
+    if stuck:
+        label = tr("{chain} (locked)", chain=label)
+    in_file = joints_of(chain, skeleton)
+    about = in_file if in_file == label else f"{label} ({in_file})"
     return _Shown(
         chain=chain.name,
-        label=tr("{chain} (locked)", chain=label) if stuck else label,
+        label=label,
         joints=joints,
         decided=0,
         found=0,
@@ -340,7 +344,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes=tuple(notes),
         ticked=True,
         doubtful=reliability < least,
-        tips=tuple(f"{joints_of(chain, skeleton)}: {tip}" for tip in tips),
+        tips=tuple(f"{about}: {tip}" for tip in tips),
     )
 
 

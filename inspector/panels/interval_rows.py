@@ -192,6 +192,7 @@ class IntervalModel(RowModel[ListRow]):
         start = min(j.interval.start for j in group.members)
         name, short = (capitalised(of_core(text)) for text in (group.name, group.short))
         label = (_UNFOLDED if group.unfolded else _FOLDED) + of_core(chain.label)
+        about = f"{of_core(chain.label)} ({count}): {name}"
         texts, sort = [""] * len(COLUMNS), list(self.describe(IntervalRow(lead, False)).sort)
         texts[PLACE["chain"]] = f"{label} ({count})"
         texts[PLACE["decision"]] = decision
@@ -209,7 +210,7 @@ class IntervalModel(RowModel[ListRow]):
             texts=tuple(texts),
             sort=tuple(sort),
             colours={PLACE["decision"]: getattr(self.theme, str(one or Decision.UNDECIDED))},
-            tips=("\n".join((name, *lines, *["…"] * (count > _LISTED))),),
+            tips=("\n".join((about, *lines, *["…"] * (count > _LISTED))),),
             spoken={
                 0: tr("group of {count}, {state}: {name}", count=count, state=state, name=name),
                 PLACE["decision"]: decision.removeprefix(MARKS[one][:2]) if one else decision,

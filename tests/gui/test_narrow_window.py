@@ -292,10 +292,12 @@ def test_a_layout_that_is_restored_behind_a_tab_still_follows_the_window(qtbot, 
     qtbot.wait(100)
     geometry, layout = kick.usual_layout.kept("")
     again = show_window(Settings(turn_ms=0, geometry=geometry, layout=layout))
-    qtbot.wait(100)
-    high = height(again)
-    again.resize(1500, 1000)
-    qtbot.waitUntil(lambda: height(again) > high)
+    for size in (SIZE, (1500, 1000)):
+        for window in (kick, again):
+            resize(qtbot, window, size)
+            window.docks["intervals"].raise_()
+        qtbot.waitUntil(lambda: height(again) == height(kick))
+        assert height(again) > 0.25 * size[1]
 
 
 def test_the_column_has_its_width_again_after_a_lesson(qtbot, narrow, tmp_path):
@@ -308,3 +310,16 @@ def test_the_column_has_its_width_again_after_a_lesson(qtbot, narrow, tmp_path):
     narrow.lesson_actions.leave_guide()
     qtbot.waitUntil(lambda: narrow.docks["chains"].width() == wide)
     assert height(narrow) == high
+
+
+def test_tool_tips_have_the_whole_names(kick):
+    table, panel = kick.intervals.table, kick.intervals
+    for row in group_rows(kick):
+        tip = table.model().index(row, 0).data(Qt.ItemDataRole.ToolTipRole)
+        described = panel._model.row_for(panel._thing(row))
+        assert described.texts[0][2:] in tip
+        assert described.texts[PLACE["stop"]] in tip
+    chains = kick.chains.table.model()
+    for row in range(chains.rowCount()):
+        index = chains.index(row, 0)
+        assert index.data() in index.data(Qt.ItemDataRole.ToolTipRole)
