@@ -40,6 +40,7 @@ class _Size:
 # high as two rows of plots. The figure gets the rest.
 _COLUMN = _Size(share=0.31, least=410, most=540, largest=0.4)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
+_FEW_CHAINS = _Size(share=0.125, least=90, most=140, largest=0.29)  # below a tab that is tall
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
 _CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
 _LOW_CURVES = 0.27  # share of a low window's height
@@ -100,6 +101,7 @@ class UsualLayout(QObject):
         docks: Mapping[str, QDockWidget],
         controls: QWidget,
         compact: Sequence[Compact] = (),
+        tall: Sequence[str] = (),
     ) -> None:
         """Prepare the layout.
 
@@ -112,9 +114,13 @@ class UsualLayout(QObject):
             them.
         compact
             The widgets that have a layout for low windows, see :class:`LowWindow`.
+        tall
+            The names of the docks that get some of the height of the list of chains while they are
+            in front.
         """
         super().__init__(window)
         self._window, self._docks, self._controls = window, docks, controls
+        self._tall = tuple(docks[name] for name in tall)
         self._double_clicked = False
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
@@ -283,7 +289,8 @@ class UsualLayout(QObject):
         curves = least if self._low.low else _CURVES.of(high)
         higher = max(self._window.fontMetrics().height() - _USUAL_LINE, 0)
         curves = max(curves - _LINES_ABOVE * higher, min(curves, least))
-        return _COLUMN.of(wide), _CHAINS.of(high), curves
+        chains = _FEW_CHAINS if self._in_front("intervals") in self._tall else _CHAINS
+        return _COLUMN.of(wide), chains.of(high), curves
 
     @property
     def _complete(self) -> bool:
