@@ -46,6 +46,12 @@ class SectionHead(QAbstractButton):
             self.setToolTip(as_tip(tr("{what}. Click to expand or collapse.", what=text)))
             self.setAccessibleName(text)
 
+    @property
+    def least_width(self) -> int:
+        """The width, in pixels, that the shortest form of the text needs."""
+        shortest = self._short or self.text()
+        return self.fontMetrics().horizontalAdvance(shortest) + round(4.0 + _ARROW + _GAP)
+
     def sizeHint(self) -> QSize:
         """Return the preferred size, with the height of one line."""
         letters = self.fontMetrics()

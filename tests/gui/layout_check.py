@@ -25,6 +25,7 @@ from inspector.app import make_application
 from inspector.bundled import LESSONS, TOUR
 from inspector.language import in_language
 from inspector.session.settings import Settings
+from inspector.teaching.section_head import SectionHead
 from inspector.widgets.labels import Headline
 from inspector.widgets.tables import RowTable
 from tests.conftest import ASSETS
@@ -45,8 +46,9 @@ def cut_texts(widgets: Iterable[QWidget]):
     for widget in widgets:
         if widget.visibleRegion().isEmpty():  # it is behind a tab
             continue
-        if isinstance(widget, Headline) and not widget.wordWrap():
-            if widget.least_width > widget.width():
+        if isinstance(widget, Headline | SectionHead):
+            wraps = isinstance(widget, Headline) and widget.wordWrap()
+            if not wraps and widget.least_width > widget.width():
                 yield f"{name(widget)} is {widget.width()} wide and needs {widget.least_width}"
         elif isinstance(widget, RowTable):
             for text in cut_cells(widget):
