@@ -233,6 +233,9 @@ class DockPanel(Generic[T]):
         is opened.
     tab
         True if the dock is a tab next to the interval table.
+    tall
+        True if the list of chains is low while this tab is in front, because the tab needs the
+        height.
     before
         The name of the panel before which the dock is placed, or '' for the end.
     """
@@ -244,6 +247,7 @@ class DockPanel(Generic[T]):
     shown: bool = field(default=True, kw_only=True)
     empty_at_start: bool = field(default=False, kw_only=True)
     tab: bool = field(default=False, kw_only=True)
+    tall: bool = field(default=False, kw_only=True)
     before: str = field(default="", kw_only=True)
 
 

@@ -50,7 +50,7 @@ class Lessons(FeatureParts):
             show_teaching=taught.show,
             dimming=Dimming(window),
         )
-        self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], window)
+        self.lesson_actions = LessonActions(program, docks["guide"], window)
 
     def close(self) -> None:
         """Close the window "Why quaternions" if it is open."""

@@ -38,13 +38,10 @@ class LessonActions:
     ----------
     dock
         The dock with the guide card, which shows the pages of lessons.
-    above
-        The dock below which the guide card is shown during a lesson.
     """
 
     program: GuidedProgram
     dock: QDockWidget
-    above: QDockWidget
     window: HostWindow
 
     def __post_init__(self) -> None:
@@ -197,7 +194,6 @@ class LessonActions:
         self.dock.toggleViewAction().setEnabled(True)
         bring_to_front(self.dock)
         self.window.statusBar().clearMessage()
-        self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
         self.window.resizeDocks([self.dock], [_GUIDE_WIDTH], Qt.Orientation.Horizontal)
 
     def _close_guide(self) -> None:

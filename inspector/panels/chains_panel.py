@@ -76,8 +76,8 @@ _LIMB_TIPS = (
     ),
 )
 _PAD = 8  # pixels
-_NAME = of_core("Right ForeArm")  # some columns are hidden if there is no space for this name
 _TICK = 24  # pixels
+_LONGEST = 200  # pixels: for a name up to this length, some columns are hidden
 # The azimuth is unreliable below this ‖v⊥‖/‖v‖; v is the child's bone, v⊥ its part perpendicular to
 # the parent's bone
 _RELIABLE = 0.2
@@ -168,8 +168,6 @@ class ChainsPanel(QWidget):
         for column, sample in enumerate(_SAMPLES, start=1):
             width = max(advance(sample), advance(_HEADS[column])) + _PAD
             self.table.setColumnWidth(column, width)
-        name = advance(_NAME) + _TICK + _PAD
-        self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("Open a clip to see its chains here."))
@@ -241,6 +239,7 @@ class ChainsPanel(QWidget):
         data = self._document.data
         chains = data.chains_and_limbs if data else ()
         self._fixed = {c.name: _of_clip(self._document, c) for c in chains}
+        self._keep_room_for_names()
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
@@ -248,6 +247,12 @@ class ChainsPanel(QWidget):
         self._list_people()
         self._show_unexamined()
         self._select_row()
+
+    def _keep_room_for_names(self) -> None:
+        """Hide columns if the names of the chains would not fit."""
+        advance = self.fontMetrics().horizontalAdvance
+        longest = max((advance(shown.label) for shown in self._fixed.values()), default=0)
+        self.table.keep_room(min(longest, _LONGEST) + _TICK + _PAD, (_AZIMUTH, _PEAK))
 
     def _list_people(self) -> None:
         """Fill the list of people, and show it if the clip has several people."""
@@ -323,9 +328,13 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
     if isinstance(chain, Helper):
         label, joints = of_core(chain.label), tr("twist bone")
+    if stuck:
+        label = tr("{chain} (locked)", chain=label)
+    in_file = joints_of(chain, skeleton)
+    about = in_file if in_file == label else f"{label} ({in_file})"
     return _Shown(
         chain=chain.name,
-        label=tr("{chain} (locked)", chain=label) if stuck else label,
+        label=label,
         joints=joints,
         decided=0,
         found=0,
@@ -335,7 +344,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes=tuple(notes),
         ticked=True,
         doubtful=reliability < least,
-        tips=tuple(f"{joints_of(chain, skeleton)}: {tip}" for tip in tips),
+        tips=tuple(f"{about}: {tip}" for tip in tips),
     )
 
 

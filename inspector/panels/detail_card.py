@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
     QBoxLayout,
@@ -137,7 +138,7 @@ class DetailCard(QWidget):
             self.buttons[decision] = button
         self.several = Caption()
         self.several.hide()
-        head = hbox((self.title, 1), self.end)
+        self._head = head = hbox((self.title, 1), self.end)
         head.addStrut(self.end.sizeHint().height())  # so that the rows below do not move
         self._text = vbox((self.why, 1), self._link)
         vbox(self.several, head, self._text, form, buttons, owner=self)
@@ -168,6 +169,7 @@ class DetailCard(QWidget):
         """
         layout = self.layout()
         assert layout is not None
+        self._low = low
         layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
         layout.setSpacing(3 if low else -1)  # -1 stands for the style's default
         self._form.setVerticalSpacing(3 if low else -1)
@@ -176,6 +178,26 @@ class DetailCard(QWidget):
         self._text.setDirection(directions[0 if low else 1])
         line = self.fontMetrics().height() + 4 if low else _UNBOUND
         self.to_quality.setMaximumHeight(line)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Arrange the title and the buttons for the limb's end for the new width."""
+        super().resizeEvent(event)
+        self._arrange_head()
+
+    def _arrange_head(self) -> None:
+        """Show the buttons for the limb's end below the title if the title would not fit.
+
+        In a low window, they are always next to the title.
+        """
+        margins = self.contentsMargins() + self._head.contentsMargins()
+        layout = self.layout()
+        assert layout is not None
+        margins += layout.contentsMargins()
+        room = self.width() - margins.left() - margins.right() - self._head.spacing()
+        fits = self.title.least_width + self.end.sizeHint().width() <= room
+        beside = self._low or self.end.isHidden() or fits
+        directions = QBoxLayout.Direction.TopToBottom, QBoxLayout.Direction.LeftToRight
+        self._head.setDirection(directions[beside])
 
     def show_selected(self, ids: Sequence[int]) -> None:
         """Show how many intervals a decision applies to, if there are several.
@@ -237,6 +259,7 @@ class DetailCard(QWidget):
             self.why.setToolTip("")
             self.title.setToolTip("")
             self._show_reason()
+            self._arrange_head()
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
@@ -250,7 +273,8 @@ class DetailCard(QWidget):
         assert self._document.data is not None
         joints = joints_of(chain, self._document.data.motion.skeleton)
         self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}"))
-        self.title.setText(f"{bold(label)}{what} · {count}{varies}")
+        forms = (f" · {count}{varies}", f" · {count}", "")
+        self.title.set_forms(*(f"{bold(label)}{what}{rest}" for rest in forms))
         first = self._document.first_frame
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
@@ -262,6 +286,7 @@ class DetailCard(QWidget):
         if below:
             word = chain.end_word if isinstance(chain, Limb) else "next joint"
             self.end.show_end(word, interval.carried)
+        self._arrange_head()
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
@@ -328,7 +353,7 @@ class DetailCard(QWidget):
         reason = reason_near(document, document.frame)
         outside = reason is not None and reason.why != Why.INTERVAL
         question, none = tr("Why is nothing found here?"), tr("No interval selected")
-        self.title.setText(question if outside else none)
+        self.title.set_forms(question if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
         if not document.intervals:
             nothing = reason_unexamined(document.data) or nothing

@@ -90,9 +90,7 @@ _WIDEST, _LEAST = 190, 74
 _NOTE = 60
 
 
-def columns_that_fit(
-    widths: Mapping[str, int], filled: Iterable[str], room: int, least: int
-) -> list[str]:
+def columns_that_fit(widths: Mapping[str, int], filled: Iterable[str], room: int) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, from left to right.
 
     Parameters
@@ -101,8 +99,6 @@ def columns_that_fit(
         The width of each column in pixels, keyed by id.
     filled
         The ids of the columns that contain text in any row.
-    least
-        The minimum width of the first column in pixels if the column 'stop' is shown.
     """
     shown = [c.id for c in COLUMNS if c.id in filled and c.id != "joints"]
 
@@ -110,7 +106,7 @@ def columns_that_fit(
         return room - sum(widths[name] for name in shown if name != _ALWAYS)
 
     for name in _SPARED:
-        if rest() < widths[_ALWAYS] and (name != "stop" or rest() < least) and name in shown:
+        if rest() < widths[_ALWAYS] and name in shown:
             shown.remove(name)
     if "note" not in shown and rest() >= widths[_ALWAYS] + _NOTE:
         shown.append("note")
@@ -175,14 +171,17 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        for numbered in (numbers, 0):  # in a very narrow table, hide the row numbers
+        for numbered in (numbers, 0):  # in a narrow table, names are more useful than row numbers
             if chosen:  # if they do not fit, the table scrolls
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:
-                shown = columns_that_fit(widths, self._with_text, room - numbered, least)
+                shown = columns_that_fit(widths, self._with_text, room - numbered)
             rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
-            if chosen or rest >= least:
+            if chosen or rest >= names:
                 break
+        if not chosen and rest < names <= rest + widths["start"]:
+            shown.remove("start")  # the last resort, if the names fit without this column
+            rest += widths["start"]
         table.verticalHeader().setVisible(numbered > 0)
         last_grows = shown[-1] in ("note", "joints")  # if False, the first column fills the rest
         header.setStretchLastSection(last_grows)

@@ -107,4 +107,5 @@ class IntervalGroups:
             ids = {judged.id for judged in members}
             if now in ids and not self.whole:
                 self._unfolded |= ids
-            yield GroupRow(group.name, members, unfolded=not ids.isdisjoint(self._unfolded))
+            unfolded = not ids.isdisjoint(self._unfolded)
+            yield GroupRow(group.name, group.short, members, unfolded)

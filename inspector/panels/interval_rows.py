@@ -41,6 +41,8 @@ class GroupRow:
 
     Attributes
     ----------
+    short
+        The short form of the name, for a narrow table.
     members
         The intervals of the group. The first one determines the chain and the values for sorting.
     unfolded
@@ -50,6 +52,7 @@ class GroupRow:
     """
 
     name: str
+    short: str
     members: tuple[Judged, ...]
     unfolded: bool
     listed: bool = True
@@ -187,10 +190,11 @@ class IntervalModel(RowModel[ListRow]):
         if all(j.verdict == SEEN for j in group.members):
             decision = tr("✓ seen")
         start = min(j.interval.start for j in group.members)
-        name = capitalised(of_core(group.name))
-        label = f"{of_core(chain.label)} ({count})"
+        name, short = (capitalised(of_core(text)) for text in (group.name, group.short))
+        label = (_UNFOLDED if group.unfolded else _FOLDED) + of_core(chain.label)
+        about = f"{of_core(chain.label)} ({count}): {name}"
         texts, sort = [""] * len(COLUMNS), list(self.describe(IntervalRow(lead, False)).sort)
-        texts[PLACE["chain"]] = (_UNFOLDED if group.unfolded else _FOLDED) + label
+        texts[PLACE["chain"]] = f"{label} ({count})"
         texts[PLACE["decision"]] = decision
         texts[PLACE["start"]] = str(start + first)
         texts[NAME] = name
@@ -206,12 +210,14 @@ class IntervalModel(RowModel[ListRow]):
             texts=tuple(texts),
             sort=tuple(sort),
             colours={PLACE["decision"]: getattr(self.theme, str(one or Decision.UNDECIDED))},
-            tips=("\n".join((name, *lines, *["…"] * (count > _LISTED))),),
+            tips=("\n".join((about, *lines, *["…"] * (count > _LISTED))),),
             spoken={
                 0: tr("group of {count}, {state}: {name}", count=count, state=state, name=name),
                 PLACE["decision"]: decision.removeprefix(MARKS[one][:2]) if one else decision,
             },
             left=(NAME,),
+            lead=label,
+            below=(f"{name} ({count})", f"{short} ({count})"),
         )
 
 

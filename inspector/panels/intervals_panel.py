@@ -34,13 +34,13 @@ from inspector.session.examined import reason_unexamined, unexamined_sentences
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.tables import RowDelegate, RowTable
+from inspector.widgets.tables import RowTable, TwoLineDelegate
 from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels by which a row is higher than its text
-_WITH_COUNT = 480  # pixels; in a narrower panel, only the status bar shows the count
+_GAPS = 24  # pixels: the margins of the panel, and the gap between the filter and the count
 _EVERYTHING = IntervalFilter()
 _FOLDING = {"Right": True, "Left": False}
 
@@ -60,7 +60,7 @@ class IntervalsPanel(QWidget):
         super().__init__()
         self._document = document
         self._groups = IntervalGroups(document)
-        self._refreshing = self._clicked = False
+        self._refreshing = self._clicked = self._low = self._had_groups = False
         # Within `visit_order`: the ids of the intervals in the group that is visited one by one
         self._stepping: tuple[int, ...] | None = None
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
@@ -75,7 +75,7 @@ class IntervalsPanel(QWidget):
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
         self.table.show_numbers()
-        self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
+        self.table.setItemDelegate(TwoLineDelegate(self._model, self.table, self._proxy))
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         self.table.selectionModel().selectionChanged.connect(self._report_number)
         self.table.doubleClicked.connect(self.activated)
@@ -94,6 +94,7 @@ class IntervalsPanel(QWidget):
         top = hbox((self.filters, 1), self.count)
         vbox(top, (self._stack, 1), owner=self)
         self.set_low(False)
+        self.table.resized.connect(self._span_names)  # after the columns have their new widths
         document.opened.connect(self._take_clip)
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
@@ -107,17 +108,29 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the number of intervals only if the panel is wide enough."""
+        """Show the number of intervals only if the panel is wide enough.
+
+        If it is not, only the status bar shows the number.
+        """
         super().resizeEvent(event)
-        self.count.setVisible(self.width() >= _WITH_COUNT)
+        self._show_count()
+
+    def _show_count(self) -> None:
+        needed = self.filters.sizeHint().width() + self.count.sizeHint().width() + _GAPS
+        self.count.setVisible(self.width() >= needed)
 
     def set_low(self, low: bool) -> None:
-        """Set whether to use the layout for windows of low height, which has lower rows."""
+        """Set whether to use the layout for windows of low height.
+
+        In this layout, rows are lower, and the name of a group is next to its chain.
+        """
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
         layout.setSpacing(3 if low else -1)  # -1 stands for the style's default
         self.table.set_room(_ROOM_LOW if low else _ROOM)
+        self._low = low
+        self._span_names()
 
     def search_here(self) -> None:
         """Move the focus to the search line."""
@@ -352,6 +365,7 @@ class IntervalsPanel(QWidget):
         self._refreshing = False
         self._fit_columns(any(not isinstance(row, GroupRow) and row.shared for row in rows))
         self.count.setText(self._count_text(len(listed)))
+        self._show_count()
         if not self._document.data:
             text = tr("Open a clip to list its suspicious intervals here.")
         elif not intervals and (blind := reason_unexamined(self._document.data)):
@@ -371,12 +385,20 @@ class IntervalsPanel(QWidget):
         self._report_number()
 
     def _span_names(self) -> None:
-        """Extend the name of each group over the columns that have no text in its row."""
+        """Show the name of each group in a second line across all columns.
+
+        In a low window, the name extends over the columns that have no text in the group's row.
+        """
         self.table.clearSpans()
-        if self._groups.count:
-            for row, thing in enumerate(self._listed_things()):
-                if isinstance(thing, GroupRow):
-                    self.table.setSpan(row, NAME, 1, len(COLUMNS) - NAME)
+        if not self._groups.count and not self._had_groups:
+            return
+        self._had_groups = bool(self._groups.count)
+        for row, thing in enumerate(self._listed_things()):
+            group = thing if isinstance(thing, GroupRow) else None
+            below = self._model.row_for(group).below if group and not self._low else ()
+            self.table.set_line_below(row, below)
+            if group and self._low:
+                self.table.setSpan(row, NAME, 1, len(COLUMNS) - NAME)
 
     def _count_text(self, listed: int) -> str:
         intervals = self._document.intervals

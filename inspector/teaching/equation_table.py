@@ -250,7 +250,7 @@ SECTIONS = (
         ),
     ),
     Section(
-        tr("Remove the error and keep the child's orientation"),
+        tr("Remove the error, keep the child's orientation"),
         (
             Equation(
                 "err",

@@ -268,7 +268,8 @@ class Equations(QWidget):
             self.buttons[equation.symbol].set_spoken(text)
         joints = self._taught.joints
         for head, section in zip(self.heads, SECTIONS, strict=True):
-            head.set_text(section.title.format(**joints) if joints else section.bare_title)
+            bare = section.bare_title
+            head.set_text(section.title.format(**joints) if joints else bare, bare)
         event = numbers is not None and numbers.is_event
         for symbol, button in self.buttons.items():
             if symbol in ("product", "m"):  # small opposite changes are natural

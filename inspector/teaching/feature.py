@@ -92,6 +92,7 @@ feature = Feature(
             Area.RightDockWidgetArea,
             lambda p: p.teaching_area,
             tab=True,
+            tall=True,
         ),
     ),
 )

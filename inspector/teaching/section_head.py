@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from inspector.language import tr
 from inspector.widgets.labels import as_tip
+from inspector.widgets.text_forms import form_that_fits
 
 _ARROW = 8.0  # pixels, including a margin
 _GAP = 6.0
@@ -25,6 +26,7 @@ class SectionHead(QAbstractButton):
         font = self.font()
         font.setBold(True)
         self.setFont(font)
+        self._short = ""
         self.set_text(text)
 
     @property
@@ -32,13 +34,23 @@ class SectionHead(QAbstractButton):
         """True if the section is folded."""
         return not self.isChecked()
 
-    def set_text(self, text: str) -> None:
-        """Set the text, the tool tip and the accessible name."""
+    def set_text(self, text: str, short: str = "") -> None:
+        """Set the text, the tool tip and the accessible name.
+
+        `short` is shown instead of the text if the text does not fit.
+        """
+        self._short = short
         if text != self.text():
             self.setText(text)
             self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
             self.setToolTip(as_tip(tr("{what}. Click to expand or collapse.", what=text)))
             self.setAccessibleName(text)
+
+    @property
+    def least_width(self) -> int:
+        """The width, in pixels, that the shortest form of the text needs."""
+        shortest = self._short or self.text()
+        return self.fontMetrics().horizontalAdvance(shortest) + round(4.0 + _ARROW + _GAP)
 
     def sizeHint(self) -> QSize:
         """Return the preferred size, with the height of one line."""
@@ -68,6 +80,7 @@ class SectionHead(QAbstractButton):
         painter.setPen(self.palette().color(role.Highlight) if self.hasFocus() else ink)
         room = self.rect().adjusted(round(left), 0, 0, 0)
         end = Qt.TextElideMode.ElideRight
-        text = self.fontMetrics().elidedText(self.text(), end, room.width())
+        forms, letters = (self.text(), self._short or self.text()), self.fontMetrics()
+        text = letters.elidedText(form_that_fits(forms, letters, room.width()), end, room.width())
         painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
         painter.end()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QFontInfo
+from PySide6.QtGui import QAction, QFontInfo, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
 from inspector.language import of_core, tr
@@ -19,7 +19,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Headline, as_rich
+from inspector.widgets.labels import Headline, as_rich, as_tip
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -50,10 +50,10 @@ class TeachingPanel(QWidget):
         self.title = Headline()
         self.equations = Equations(taught, self.typesetter, viewport.colours)
         self.what_if = WhatIfBox(taught, viewport.colours)
-        buttons = [action_button(action) for action in actions]
-        for button in buttons:
+        self._buttons = [action_button(action) for action in actions]
+        for button in self._buttons:
             button.setAutoRaise(True)
-        head = hbox((self.title, 1), *buttons, margins=(12, 4, 8, 2), spacing=2)
+        self._head = head = hbox((self.title, 1), *self._buttons, margins=(12, 4, 8, 2), spacing=2)
         self.scroll_area = QScrollArea(widgetResizable=True)
         self.scroll_area.setAccessibleName(tr("Equations"))
         self.other_forms = OtherForms(taught, self.typesetter)
@@ -121,6 +121,21 @@ class TeachingPanel(QWidget):
         if self._taught.active:
             self._viewport.focus_chain()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Hide buttons if the title would not fit."""
+        super().resizeEvent(event)
+        self._make_room_for_title()
+
+    def _make_room_for_title(self) -> None:
+        """Hide buttons from left to right until the title fits. Their actions are in the menu."""
+        margins, wraps = self._head.contentsMargins(), self.title.wordWrap()
+        room = self.width() - margins.left() - margins.right()
+        needed = 0 if wraps else self.title.least_width
+        for k, button in enumerate(self._buttons):
+            rest = self._buttons[k:]
+            taken = sum(b.sizeHint().width() + self._head.spacing() for b in rest)
+            button.setVisible(needed + taken <= room)
+
     def _retitled(self) -> None:
         chain, document = self._taught.chain, self._taught.document
         self.title.setWordWrap(chain is None)  # a sentence, which must be readable to its end
@@ -131,11 +146,16 @@ class TeachingPanel(QWidget):
                 if limb is not None
                 else _EMPTY
             )
-            self.title.setText(as_rich(whole))
+            self.title.set_forms(as_rich(whole))
+            self.title.setToolTip("")
+            self._make_room_for_title()
             return
         frame = document.frame + document.first_frame
-        title = tr("{chain}, frame {frame}", chain=of_core(chain.label), frame=frame)
-        self.title.setText(as_rich(title))
+        label = of_core(chain.label)
+        title = tr("{chain}, frame {frame}", chain=label, frame=frame)
+        self.title.set_forms(as_rich(title), as_rich(label))
+        self.title.setToolTip(as_tip(title))
+        self._make_room_for_title()
 
     def _lit(self) -> None:
         lit = self._taught.lit

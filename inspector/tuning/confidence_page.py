@@ -10,7 +10,7 @@ from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.tuning.remembered_profiles import keep_profile
 from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
-from inspector.tuning.verdict_page import NARROW
+from inspector.tuning.verdict_page import LOW, NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
 from inspector.widgets.labels import Caption, as_tip, capitalised, inked, plain_text
@@ -85,9 +85,9 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """If the page is narrow, shorten long sentences to one line and add a tool tip."""
+        """If the page is narrow and low, shorten long sentences to one line and add a tool tip."""
         super().resizeEvent(event)
-        self.words.set_short(self.width() < NARROW)
+        self.words.set_short(self.width() < NARROW and self.height() < LOW)
 
     # -- the learned profile ------------------------------------------------------------------
 

@@ -22,7 +22,7 @@ from inspector.widgets.theme import Colours
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_score
 
 NARROW = 420  # width in pixels below which sentences are shortened
-_LOW = 340  # height in pixels above which there is room for a whole sentence
+LOW = 260  # height in pixels above which there is room for a whole sentence
 _NOTHING = tr(
     "No counter-twist is decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
     "accepted counter-twists in this clip and in the sessions of its folder, your verdicts "
@@ -197,7 +197,7 @@ class VerdictPage(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """If the page is narrow and low, shorten long sentences to one line and add a tool tip."""
         super().resizeEvent(event)
-        self.words.set_short(self.width() < NARROW and self.height() < _LOW)
+        self.words.set_short(self.width() < NARROW and self.height() < LOW)
         self._show_scope()
 
     # -- the chosen scope ---------------------------------------------------------------------

@@ -12,6 +12,7 @@ from html import escape
 from PySide6.QtCore import QEvent, QRect, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QFont,
+    QFontMetrics,
     QPainter,
     QPaintEvent,
     QPalette,
@@ -194,13 +195,25 @@ class ElidedLabel(QLabel):
 class Headline(QLabel):
     """A line of rich text that never widens its parent, such as '<b>name</b> details'.
 
-    A text that does not fit ends with '…', unless the label wraps its words. Markup characters in
-    the text must be escaped.
+    A text that does not fit is replaced by a shorter form, if there is one that fits. If not, it
+    ends with '…', unless the label wraps its words. Markup characters in the text must be escaped.
     """
 
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.RichText)
+        self._shorter: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def set_forms(self, text: str, *shorter: str) -> None:
+        """Show the given text, with shorter forms of it for a narrow line."""
+        self._shorter = shorter
+        self.setText(text)
+        self.update()
+
+    @property
+    def least_width(self) -> int:
+        """The width, in pixels, of the shortest form of the text."""
+        return self._width(self._shorter[-1] if self._shorter else self.text())
 
     def minimumSizeHint(self) -> QSize:
         """Return a minimum width of 0, so that the line can be made arbitrarily narrow."""
@@ -211,20 +224,39 @@ class Headline(QLabel):
         if self.wordWrap() or self.sizeHint().width() <= self.width():
             super().paintEvent(event)
             return
-        what, _, more = self.text().partition("</b>")
         painter, room = QPainter(self), self.rect()
-        for part, weight in ((what, QFont.Weight.Bold), (more, QFont.Weight.Normal)):
-            font = QFont(self.font())
-            font.setWeight(weight)
+        for words, font in self._parts(self._form):
             painter.setFont(font)
-            words = QTextDocumentFragment.fromHtml(part).toPlainText()
-            if part is more:
-                words = f" {words.lstrip()}"
             letters = painter.fontMetrics()
             fitting = letters.elidedText(words, Qt.TextElideMode.ElideRight, room.width())
             painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, fitting)
             room.setLeft(room.left() + letters.horizontalAdvance(fitting))
         painter.end()
+
+    @property
+    def shown(self) -> str:
+        """The rich text that is painted if the label does not wrap its words, without '…'."""
+        return self.text() if self.sizeHint().width() <= self.width() else self._form
+
+    @property
+    def _form(self) -> str:
+        """The first shorter form that fits or, if none fits, the shortest form."""
+        fitting = (form for form in self._shorter if self._width(form) <= self.width())
+        return next(fitting, self._shorter[-1] if self._shorter else self.text())
+
+    def _width(self, text: str) -> int:
+        return sum(QFontMetrics(f).horizontalAdvance(words) for words, f in self._parts(text))
+
+    def _parts(self, text: str) -> list[tuple[str, QFont]]:
+        """Return the bold words and the rest of a text, and the font of each part."""
+        what, _, more = text.partition("</b>")
+        parts = []
+        for part, weight in ((what, QFont.Weight.Bold), (more, QFont.Weight.Normal)):
+            font = QFont(self.font())
+            font.setWeight(weight)
+            words = plain_text(part)
+            parts.append((f" {words.lstrip()}" if part is more and words else words, font))
+        return parts
 
 
 class ElidedLine(QWidget):

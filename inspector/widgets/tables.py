@@ -13,6 +13,7 @@ from PySide6.QtCore import (
     QModelIndex,
     QObject,
     QPersistentModelIndex,
+    QRect,
     Qt,
     Signal,
 )
@@ -28,6 +29,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.widgets.labels import as_tip
+from inspector.widgets.text_forms import form_that_fits
 from inspector.widgets.theme import Colours, Theme
 from twistcore.files.encoding import legible
 
@@ -42,6 +44,8 @@ _LEFT, _RIGHT = (
 )
 _MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
 _BESIDE = 12  # pixels between a text and the secondary text after it
+_INDENT_BELOW = 3 * "\N{NO-BREAK SPACE}"  # precedes the second line of a row
+_HIGHEST = 200  # pixels: maximum height of a second line that is wrapped
 _END = Qt.TextElideMode.ElideRight
 _MOST = 500  # maximum number of letters in a cell, because the layout of millions takes minutes
 _FEW = 64  # maximum number of rows to add or remove one by one; for more, the table is reset
@@ -70,6 +74,11 @@ class TableRow:
     left
         The columns that are aligned to the left in this row, even if the model aligns them to the
         right.
+    below
+        The text of a second line across all columns, and shorter forms of it. A TwoLineDelegate
+        draws the first form that fits into one line, or the last one in several lines.
+    lead
+        The text of the first column in a row with a second line.
     """
 
     texts: tuple[str, ...]
@@ -80,6 +89,8 @@ class TableRow:
     secondary: str = ""
     spoken: Mapping[int, str] = field(default_factory=dict)
     left: tuple[int, ...] = ()
+    below: tuple[str, ...] = ()
+    lead: str = ""
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
@@ -283,6 +294,32 @@ class RowTable(QTableView):
         """Set the height of a row, as the number of pixels in addition to a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
+    def set_line_below(self, row: int, forms: Sequence[str]) -> None:
+        """Give a row a second line across all columns, or remove this line if there are no forms.
+
+        `forms` contains the text of the line and its shorter forms.
+        """
+        usual = height = self.verticalHeader().defaultSectionSize()
+        if forms:
+            self.setSpan(row, 0, 1, self.model().columnCount())
+            width = self.viewport().width() - self.indent_below
+            text, metrics = form_that_fits(forms, self.fontMetrics(), width), self.fontMetrics()
+            room = QRect(0, 0, width, _HIGHEST)
+            lines = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, text).height()
+            height = usual + min(lines, _HIGHEST)
+        if self.rowHeight(row) != height:
+            self.setRowHeight(row, height)
+
+    @property
+    def indent_below(self) -> int:
+        """The width, in pixels, to the left and right of a second line, without its text."""
+        return self.fontMetrics().horizontalAdvance(_INDENT_BELOW) + 2 * self.text_margin
+
+    @property
+    def text_margin(self) -> int:
+        """The width, in pixels, on either side of the text in a cell."""
+        return self.style().pixelMetric(QStyle.PixelMetric.PM_FocusFrameHMargin, None, self) + 1
+
     def show_numbers(self) -> None:
         """Show the row numbers of the model at the left edge."""
         numbers = self.verticalHeader()
@@ -308,16 +345,19 @@ class RowTable(QTableView):
         enough. The first column fills the remaining width of the table.
         """
         self._first, self._spared = first, tuple(spared)
+        self._hide_spared()
+
+    def _hide_spared(self) -> None:
+        room = self.viewport().width() - self._first
+        left = sum(self._width_of(k) for k in range(1, self.horizontalHeader().count()))
+        for column in self._spared:
+            self.setColumnHidden(column, left > room)
+            left -= self._width_of(column) if left > room else 0
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide columns if the first column would become too narrow."""
         if self._spared:
-            header = self.horizontalHeader()
-            room = self.viewport().width() - self._first
-            left = sum(self._width_of(k) for k in range(1, header.count()))
-            for column in self._spared:
-                self.setColumnHidden(column, left > room)
-                left -= self._width_of(column) if left > room else 0
+            self._hide_spared()
         super().resizeEvent(event)
         self.resized.emit()
 
@@ -385,6 +425,57 @@ class RowDelegate(QStyledItemDelegate):
         if column == 0 and row.tick is not None:
             option.features |= _Feature.HasCheckIndicator
             option.checkState = _tick(row.tick)
+
+
+class TwoLineDelegate(RowDelegate):
+    """A delegate that draws a second line below the cells of rows that span all columns.
+
+    :meth:`RowTable.set_line_below` lets a row span all columns.
+    """
+
+    def __init__(
+        self, model: RowModel[Any], table: RowTable, proxy: QAbstractProxyModel | None = None
+    ) -> None:
+        super().__init__(model, table, proxy)
+        self._table = table
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw the cell or, if it spans all columns, both lines of the row."""
+        row, table = self.described(index), self._table
+        if not row.below or table.columnSpan(index.row(), 0) == 1:
+            super().paint(painter, option, index)
+            return
+        high, whole = table.verticalHeader().defaultSectionSize(), option.rect
+        self._draw(painter, option, index, "", whole)
+        lead = table.columnViewportPosition(0)
+        for column in range(index.model().columnCount()):
+            if table.isColumnHidden(column) or not row.texts[column] or column in row.left:
+                continue
+            text = row.lead if column == 0 else row.texts[column]
+            left = whole.left() + table.columnViewportPosition(column) - lead
+            cell = QRect(left, whole.top(), table.columnWidth(column), high)
+            self._draw(painter, option, index.model().index(index.row(), column), text, cell)
+        indent = table.fontMetrics().horizontalAdvance(_INDENT_BELOW)
+        width = min(whole.width(), table.viewport().width()) - indent
+        letters = option.fontMetrics
+        text = form_that_fits(row.below, letters, width - 2 * table.text_margin)
+        gap = (high - letters.height()) // 2
+        below = QRect(whole.left() + indent, whole.top() + high - gap, width, whole.height() - high)
+        self._draw(painter, option, index, text, below)
+
+    def _draw(
+        self, painter: QPainter, option: QStyleOptionViewItem, index: Index, text: str, room: QRect
+    ) -> None:
+        """Draw a text of a row in `room`, with the background of the row."""
+        part = QStyleOptionViewItem(option)
+        self.initStyleOption(part, index)
+        part.rect, part.text = room, text
+        if index.column() == 0 and text in self.described(index).below:
+            part.features |= _Feature.WrapText
+            part.textElideMode = Qt.TextElideMode.ElideNone
+            part.displayAlignment = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
+        style = self._table.style()
+        style.drawControl(QStyle.ControlElement.CE_ItemViewItem, part, painter, self._table)
 
 
 class SecondaryTextDelegate(RowDelegate):

@@ -158,8 +158,9 @@ class MainWindow(Parts):
         self.signs.show()
 
     def _restore(self) -> None:
+        tall = [panel.name for _, panel in panels() if panel.tall]
         self.usual_layout = UsualLayout(
-            self, self.docks, self.transport, (self.intervals, self.detail)
+            self, self.docks, self.transport, (self.intervals, self.detail), tall
         )
         self.usual_layout.restore(self.settings.geometry, self.settings.layout)
         for panel in (panel for _, panel in panels() if panel.empty_at_start):

@@ -38,8 +38,9 @@ class _Size:
 
 # The right column is as wide as the card needs, and scrolls the list of chains. The curves are as
 # high as two rows of plots. The figure gets the rest.
-_COLUMN = _Size(share=0.31, least=390, most=540, largest=0.38)
+_COLUMN = _Size(share=0.31, least=410, most=540, largest=0.4)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
+_FEW_CHAINS = _Size(share=0.125, least=90, most=140, largest=0.29)  # below a tab that is tall
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
 _CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
 _LOW_CURVES = 0.27  # share of a low window's height
@@ -100,6 +101,7 @@ class UsualLayout(QObject):
         docks: Mapping[str, QDockWidget],
         controls: QWidget,
         compact: Sequence[Compact] = (),
+        tall: Sequence[str] = (),
     ) -> None:
         """Prepare the layout.
 
@@ -112,9 +114,13 @@ class UsualLayout(QObject):
             them.
         compact
             The widgets that have a layout for low windows, see :class:`LowWindow`.
+        tall
+            The names of the docks that get some of the height of the list of chains while they are
+            in front.
         """
         super().__init__(window)
         self._window, self._docks, self._controls = window, docks, controls
+        self._tall = tuple(docks[name] for name in tall)
         self._double_clicked = False
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
@@ -239,17 +245,26 @@ class UsualLayout(QObject):
 
     def _divide_column(self, chains: int | None = None) -> None:
         """Set the height of the list of chains. The panel above it gets the rest."""
-        parts = [self._docks["intervals"], self._docks["chains"]]
+        parts = [self._in_front("intervals"), self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
         if self._by_hand or self._restored or not self._complete or not together:
             return
-        chains = self._fitting()[1] if chains is None else chains
+        column, fitting, _ = self._fitting()
+        chains = fitting if chains is None else chains
+        if not self._has_left_panels():  # such a panel may have taken some of the column's width
+            self._window.resizeDocks(parts[:1], [column], Qt.Orientation.Horizontal)
         # If one height were missing, Qt would divide the rest between both panels. The status bar,
         # unlike the chains, already has its final position while Qt moves the docks.
         bottom = self._window.statusBar().geometry().top() - _SEPARATOR
         rest = bottom - parts[0].geometry().top() - chains
         self._window.resizeDocks(parts, [max(rest, 0), chains], Qt.Orientation.Vertical)
+
+    def _has_left_panels(self) -> bool:
+        """Return True if a panel is visible to the left of the figure."""
+        area, left = self._window.dockWidgetArea, _Area.LeftDockWidgetArea
+        docks = (dock for dock in self._docks.values() if not dock.isFloating())
+        return any(is_seen(dock) and area(dock) == left for dock in docks)
 
     def follow(self) -> None:
         """Adapt the panels to a new size of the window, unless the user has resized them."""
@@ -274,7 +289,8 @@ class UsualLayout(QObject):
         curves = least if self._low.low else _CURVES.of(high)
         higher = max(self._window.fontMetrics().height() - _USUAL_LINE, 0)
         curves = max(curves - _LINES_ABOVE * higher, min(curves, least))
-        return _COLUMN.of(wide), _CHAINS.of(high), curves
+        chains = _FEW_CHAINS if self._in_front("intervals") in self._tall else _CHAINS
+        return _COLUMN.of(wide), chains.of(high), curves
 
     @property
     def _complete(self) -> bool:
@@ -287,6 +303,15 @@ class UsualLayout(QObject):
 
     def _sizes(self) -> tuple[int, ...]:
         """Return the width of the right column and the heights of the chains and curves panels."""
-        docks = self._docks
         across = Qt.Orientation.Horizontal
-        return tuple(docks[n].width() if way == across else docks[n].height() for n, way in _SIZED)
+        docks = ((self._in_front(name), way) for name, way in _SIZED)
+        return tuple(dock.width() if way == across else dock.height() for dock, way in docks)
+
+    def _in_front(self, name: str) -> QDockWidget:
+        """Return the dock that is visible in the place of a dock: itself, or the tab before it.
+
+        Qt does not update the position and size of a dock behind a different tab.
+        """
+        dock = self._docks[name]
+        tabs = (dock, *self._window.tabifiedDockWidgets(dock))
+        return next((tab for tab in tabs if is_seen(tab) and not tab.isFloating()), dock)

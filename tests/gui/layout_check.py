@@ -1,9 +1,10 @@
 """Walk all visible widgets of the window: `layout_check.py WIDTH HEIGHT THEME CLIP PNG [CODE]`.
 
-Prints one line a defect: text that does not fit its widget, siblings that overlap. CODE: of the
-language.
+Prints one line a defect: text that does not fit its widget, its tab or its cell, siblings that
+overlap. CODE: of the language.
 """
 
+import shutil
 import sys
 from collections.abc import Iterable
 from itertools import combinations
@@ -16,6 +17,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QMenuBar,
     QScrollArea,
+    QTabBar,
     QWidget,
 )
 
@@ -23,6 +25,11 @@ from inspector.app import make_application
 from inspector.bundled import LESSONS, TOUR
 from inspector.language import in_language
 from inspector.session.settings import Settings
+from inspector.teaching.section_head import SectionHead
+from inspector.widgets.labels import Headline
+from inspector.widgets.tables import RowTable
+from tests.conftest import ASSETS
+from tests.gui.cut_texts import cut_cells, cut_tabs
 from tests.gui.waiting import wait
 from twistcore.analysis.decomposition import WhatIf
 
@@ -33,6 +40,22 @@ _LOOKS = 60  # in vain, before what does not fit is a defect
 def name(widget: QWidget) -> str:
     text = getattr(widget, "text", lambda: "")() if not isinstance(widget, QComboBox) else ""
     return f"{type(widget).__name__} {widget.objectName()!r} {text[:40]!r}"
+
+
+def cut_texts(widgets: Iterable[QWidget]):
+    for widget in widgets:
+        if widget.visibleRegion().isEmpty():  # it is behind a tab
+            continue
+        if isinstance(widget, Headline | SectionHead):
+            wraps = isinstance(widget, Headline) and widget.wordWrap()
+            if not wraps and widget.least_width > widget.width():
+                yield f"{name(widget)} is {widget.width()} wide and needs {widget.least_width}"
+        elif isinstance(widget, RowTable):
+            for text in cut_cells(widget):
+                yield f"{text!r} is cut in {widget.accessibleName()!r}"
+        elif isinstance(widget, QTabBar):
+            for text in cut_tabs(widget):
+                yield f"the tab {text!r} is cut"
 
 
 def defects(window: QWidget):
@@ -46,6 +69,7 @@ def defects(window: QWidget):
                 yield f"{name(widget)} is {widget.width()} wide and needs {hint.width()}"
             if text and widget.height() < hint.height() - 1:
                 yield f"{name(widget)} is {widget.height()} high and needs {hint.height()}"
+    yield from cut_texts(visible)
     for parent in [window, *visible]:
         if parent.layout() is None:
             continue
@@ -79,6 +103,19 @@ def look(window: QWidget, where: str, settled: int = 400) -> None:
         looks -= 1
     for defect in found:
         print(f"{where}: {defect}")
+
+
+def look_at_groups(window, folder: Path) -> None:
+    window.open_path(Path(shutil.copy(ASSETS / "kick.bvh", folder)))
+    while window.document.data is None or not window.intervals._groups.count:
+        wait(10)
+    for _ in range(3):
+        act(window, "next_interval")
+        look(window, "a row of a clip with groups")
+    kinds = {judged.interval.kind: judged.id for judged in window.document.intervals}
+    for kind, number in kinds.items():
+        window.document.select_interval(number, jump=True)
+        look(window, f"an interval of the kind {kind}")
 
 
 def teach(window, lessons: Iterable[Path]) -> None:
@@ -137,8 +174,10 @@ def main() -> None:
     window = MainWindow(Settings(theme=theme), None)
     window.resize(int(width), int(height))
     window.show()
+    look_at_groups(window, Path(clip).parent)
+    with_groups = window.document.data
     window.open_path(Path(clip))
-    while window.document.data is None:
+    while window.document.data in (None, with_groups):
         wait(10)
     act(window, "next_interval")
     act(window, "accept")

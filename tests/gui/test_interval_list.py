@@ -102,13 +102,13 @@ def test_what_has_no_confidence_is_on_neither_side_of_a_bound():
 def test_columns_go_one_by_one_as_room_gets_short():
     widths = {column.id: 60 for column in COLUMNS} | {"chain": 100}
     said = set(PLACE)
-    before = columns_that_fit(widths, said, 2000, 80)
+    before = columns_that_fit(widths, said, 2000)
     assert before == [c.id for c in COLUMNS if c.id != "joints"]
     for room in range(1000, 200, -7):
-        shown = columns_that_fit(widths, said, room, 80)
+        shown = columns_that_fit(widths, said, room)
         assert set(shown) <= set(before)
         rest = room - 60 * (len(shown) - 1)
-        assert rest >= 80 or shown == ["chain", "decision", "start", "delta"]
+        assert rest >= 100 or shown == ["chain", "decision", "start", "delta"]
         before = shown
 
 

@@ -62,6 +62,9 @@ def test_a_group_names_an_error_that_is_far_longer_than_the_others(walk, frames)
     assert len(members) == 5
     long = "RightFoot stays rotated for 560 frames, and 4 more errors"
     assert (name == long) is (frames == 560)
+    (group,) = error_groups((*flips, jump(66), stretch), *walk)
+    short = "RightFoot stays rotated" if frames == 560 else "3 times: right knee flips"
+    assert group.short == short
 
 
 @pytest.mark.parametrize("gap", [-2, -1, 0, 1, 2])
@@ -156,11 +159,12 @@ def test_the_example_of_flips(walk):
     clip = tc.read_clip(ASSETS / "kick.bvh")
     found = list(tc.detect(clip))
     chains = (*tc.find_chains(clip), *tc.find_limbs(clip))
-    names = [g.name for g in error_groups(found, chains, clip.skeleton)]
-    assert names == [
+    groups = error_groups(found, chains, clip.skeleton)
+    assert [g.name for g in groups] == [
         "the same error 5 times: right knee flips, and 8 more errors",
         "Right knee flips and the jump at its edge",
     ]
+    assert [g.short for g in groups] == ["5 times: right knee flips", "Right knee flips"]
 
 
 def test_ten_times_as_many_intervals_take_about_ten_times_as_long(walk):

@@ -54,10 +54,13 @@ class ErrorGroup:
         series, the first main error.
     name
         A short description, such as 'Left knee flips and the 2 jumps at its edges'.
+    short
+        The name without the errors that accompany the main one, such as 'Left knee flips'.
     """
 
     members: tuple[int, ...]
     name: str
+    short: str
 
 
 def error_groups(
@@ -84,7 +87,7 @@ def error_groups(
         for part in union.parts()
     ]
     groups = [
-        ErrorGroup(members, _name(intervals, members, by_name, repeated))
+        ErrorGroup(members, *_names(intervals, members, by_name, repeated))
         for members, repeated in _with_series(intervals, parts)
         if len(members) > 1
     ]
@@ -311,13 +314,14 @@ def _middle(interval: Interval) -> float:
     )
 
 
-def _name(
+def _names(
     intervals: Sequence[Interval],
     members: tuple[int, ...],
     chains: Mapping[str, Chain],
     repeated: int,
-) -> str:
-    """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'.
+) -> tuple[str, str]:
+    """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges', and its short
+    form.
 
     `repeated` is the number of similar groups that were joined, or 1.
     """
@@ -328,25 +332,28 @@ def _name(
     if longest.kind.info.happens and longest.frames >= _FAR_LONGER * lead.frames:
         part = _part(longest, chains[longest.chain], False)
         what = longest.kind.info.happens.format(part=part)
-        return f"{what} for {longest.frames} frames, and {len(members) - 1} more errors"
+        name = f"{what} for {longest.frames} frames, and {len(members) - 1} more errors"
+        return name, what
     part, info = _part(lead, chains[lead.chain], repeated > 1), lead.kind.info
-    what = info.happens.format(part=part) if info.happens else f"{part}: {info.name}"
+    what = short = info.happens.format(part=part) if info.happens else f"{part}: {info.name}"
+    others = len(members) - 1
     if repeated > 1:
         same = [k for k in members if _is_like(intervals[k], lead)]
         others = len(members) - len(same)
+        short = f"{len(same)} times: {what}"
         what = f"the same error {len(same)} times: {what}"
-    else:
-        others = len(members) - 1
     jumps = sum(_is_jump(intervals[k]) for k in members) == others and not _is_jump(lead)
     if not others:
-        return what
-    if not jumps:
-        return f"{what}, and 1 more error" if others == 1 else f"{what}, and {others} more errors"
-    if repeated > 1:
-        return f"{what}, with {others} jumps at the edges"
-    if others == 1:
-        return f"{what} and the jump at its edge"
-    return f"{what} and the {others} jumps at its edges"
+        name = what
+    elif not jumps:
+        name = f"{what}, and 1 more error" if others == 1 else f"{what}, and {others} more errors"
+    elif repeated > 1:
+        name = f"{what}, with {others} jumps at the edges"
+    elif others == 1:
+        name = f"{what} and the jump at its edge"
+    else:
+        name = f"{what} and the {others} jumps at its edges"
+    return name, short
 
 
 def _is_like(interval: Interval, lead: Interval) -> bool:
