@@ -60,7 +60,7 @@ _GO: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("next_informative", tr("Next informative interval"), ("Ctrl+Shift+M",),
                tr(
                    "Go to the automatic correction whose verdict will reveal most about the "
-                   "others in the folder"),
+                   "others"),
                do=lambda p: p.informative_step.next()),
 )
 # fmt: on

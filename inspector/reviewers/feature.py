@@ -120,12 +120,10 @@ _FILE: tuple[ActionRow[Reviewers] | None, ...] = (
 _EDIT: tuple[ActionRow[Reviewers] | None, ...] = (
     None,
     ActionSpec("keep_mine", tr("Difference: keep my decision"), ("Shift+M",),
-               tr("Confirm your own decision for the selected difference"), verdict=True,
+               tr("Confirm your decision on the selected difference"), verdict=True,
                do=lambda p: p.comparison.keep_mine()),
     ActionSpec("take_theirs", tr("Difference: take their decision"), ("Shift+T",),
-               tr(
-                   "For the selected difference, use the other reviewer's decision and "
-                   "correction"), verdict=True,
+               tr("Use the other reviewer's decision and correction"), verdict=True,
                do=lambda p: p.comparison.take_theirs()),
     ActionSpec("take_undecided", tr("Take their decisions on my undecided intervals"), (),
                tr(
