@@ -160,7 +160,9 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     document = Document()
     informative = InformativeIntervals(queue, document)
     panel = ClipsPanel(queue, document, Colours(LIGHT), informative)
-    printed = "1 of 3 clips done, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
+    printed = (
+        "1 of 3 clips done, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
+    )
     printed += "1 not checked; 1 failed"
     assert panel.status.text() == printed
     queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first

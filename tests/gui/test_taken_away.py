@@ -60,7 +60,7 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
             program.tell(f"note {6000 + step}")  # more than there is left of a block
             assert "journal cannot be written" in program.answer["says"]
             assert (
-                f"the last {'step is' if step == 1 else f'{step} steps are'}"
+                f"the last {'step exists' if step == 1 else f'{step} steps exist'}"
                 in program.answer["says"].lower()
             )
             assert program.answer["offers"] == ["Try again", "Save elsewhere…"]
