@@ -131,7 +131,7 @@ class BatchFolder(QObject):
 
     def _report_failure(self, path: Path, error: Exception) -> None:
         message = tr(
-            "The decisions about {name} could not be recorded in the batch: {error}",
+            "Your decisions on {name} could not be saved in the batch folder: {error}",
             name=path.name,
             error=of_core(str(error)),
         )
@@ -155,7 +155,7 @@ def _options_text(given: Mapping[str, Any]) -> str:
     if given.get("tau_deg") is not None:
         parts.append(f"τ {given['tau_deg']:g}°")
     if given.get("profile_rad") is not None:
-        parts.append(tr("τ of a profile"))
+        parts.append(tr("τ from a profile"))
     if given.get("method", DEFAULT_METHOD) != DEFAULT_METHOD:
         parts.append(tr("detector {name}", name=given["method"]))
     if elsewhere := [option for name, option in _ELSEWHERE.items() if given.get(name)]:

@@ -209,7 +209,7 @@ class ClipsPanel(QWidget):
         # (column, True if descending); None for the initial order, worst first
         self._order: tuple[int, bool] | None = None
         self.table = RowTable(self._model, room=2)
-        self.table.setAccessibleName(tr("Clips of the folder"))
+        self.table.setAccessibleName(tr("Clips in the folder"))
         self.table.setAccessibleDescription(tr("Press Enter to open the clip"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
         self._severities = _SeverityBar(self._model, self.table)
@@ -356,7 +356,7 @@ class ClipsPanel(QWidget):
         parts = []
         if of:
             words = tr(
-                "{through} of {of} clips, {decided} of {intervals} intervals decided",
+                "{through} of {of} clips done, {decided} of {intervals} intervals decided",
                 through=through,
                 of=of,
                 decided=decided,

@@ -48,17 +48,19 @@ class Folder(FeatureParts):
 # fmt: off
 _FILE: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("save_clip_table", tr("Save the table of clips…"), (),
-               tr("Save the listed clips of the folder as a CSV file"),
+               tr("Save the table of the listed clips as a CSV file"),
                do=lambda p: p.folder_actions.save_clip_table()),
     ActionSpec("write_report", tr("Write the batch report"), (),
-               tr("Write the report of a folder made by `twistcore batch`, with your decisions"),
+               tr(
+                   "Write the report for a folder made by `twistcore batch`, including your "
+                   "decisions"),
                do=lambda p: p.folder_actions.write_report()),
 )
 _GO: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("next_informative", tr("Next informative interval"), ("Ctrl+Shift+M",),
                tr(
-                   "Go to the automatic correction whose verdict reveals most about the rest "
-                   "of the folder"),
+                   "Go to the automatic correction whose verdict will reveal most about the "
+                   "others"),
                do=lambda p: p.informative_step.next()),
 )
 # fmt: on

@@ -72,8 +72,8 @@ class FolderActions:
         left = ""
         if rest:
             left = " " + plural(
-                "{n} clip is not written, because it is not listed.",
-                "{n} clips are not written, because they are not listed.",
+                "{n} clip was left out, because it is not listed.",
+                "{n} clips were left out, because they are not listed.",
                 rest,
             )
         self.bar.show_message(f"{path.name}: {count}.{left}", False)
@@ -82,8 +82,8 @@ class FolderActions:
         """Write the report of the open batch, including the decisions."""
         if (folder := self.queue.folder) is None or self.queue.batch is None:
             message = tr(
-                "Only a folder made by `twistcore batch` has this report. Run `twistcore batch "
-                "FOLDER -o OUTDIR --report`, then open OUTDIR."
+                "This report can only be written for a folder made by `twistcore batch`. Run "
+                "`twistcore batch FOLDER -o OUTDIR --report`, then open OUTDIR."
             )
             self.bar.show_message(message, False)
             return
@@ -92,7 +92,7 @@ class FolderActions:
             return
         self.save()  # the report must include decisions that are not saved yet
         self.queue.batch.when_recorded(lambda: self._start_report(folder))
-        message = tr("Writing the report of {folder} …", folder=folder.name)
+        message = tr("Writing the report for {folder} …", folder=folder.name)
         self.bar.show_message(message, False)
 
     def _start_report(self, folder: Path) -> None:
@@ -128,7 +128,7 @@ class FolderActions:
         if code in (0, 1) and done:
             message = tr("{path} was written.", path=folder / "report" / "index.html")
             if code:
-                message += " " + tr("Some clips could not be drawn. The page lists them.")
+                message += " " + tr("Some clips could not be drawn. The report lists these clips.")
             self.bar.show_message(message, False)
             # The message bar may show a question
             self.window.statusBar().showMessage(message, 10_000)

@@ -88,8 +88,8 @@ class InformativeIntervals(QObject):
         """Return a sentence about the estimated precision of the corrections without a verdict."""
         if (stated := self.stated) is not None:
             return tr(
-                "About {share:.0f} % of the other {left} automatic corrections are right "
-                "({low:.0f}–{high:.0f} %, from {n} verdicts).",
+                "About {share:.0f} % of the {left} automatic corrections without a verdict are "
+                "right (likely {low:.0f}–{high:.0f} %, estimated from {n} verdicts).",
                 share=100.0 * stated.share,
                 left=stated.left,
                 low=100.0 * stated.low,

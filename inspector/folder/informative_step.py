@@ -57,5 +57,5 @@ class InformativeStep:
                 document.select_interval(judged.id, jump=True)
                 return
         self._window.bar.show_message(
-            tr("This interval is no longer listed in {clip}.", clip=wanted.path.name), False
+            tr("The proposed interval is no longer listed in {clip}.", clip=wanted.path.name), False
         )

@@ -18,7 +18,9 @@ KILLED = "the system stopped the analysis, perhaps because memory ran out"
 # Reasons why a clip has no results: text in tables and files, and text in the window.
 _REASONS = {
     GONE: tr("no longer in the folder"),
-    FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
+    FAR_AWAY: tr(
+        "the clip is not stored on this computer; copy it to a local disk and open the copy"
+    ),
     TOO_LARGE: tr("the clip needs more memory than is usual for its size"),
     NOT_BEGUN: tr("the analysis was stopped before it began"),
     TOO_SLOW: tr("the analysis was stopped because it took too long"),

@@ -92,7 +92,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
     """
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
-        why = tr("this name is reserved for a key. Choose another name.")
+        why = tr("names that end in '.key' are reserved for answer keys. Choose another name.")
         raise FormatError(f"{exercise.name}: {why}")
     copy, key = (exercise.with_name(name + ending) for ending in (".bvh", ".key.json"))
     for path in (copy, key):
@@ -108,15 +108,15 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     clip = path.with_name(exercise.clip)
     if not is_file(clip):
         why = tr(
-            "the clip {clip} is missing. Put it into the same folder.",
+            "the clip {clip} is missing. Put it into the same folder as the exercise.",
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
     data = open_for_review(Path(shutil.copy(clip, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
         why = tr(
-            "{clip} is not the clip that this exercise was made with. Ask your teacher for both "
-            "files.",
+            "{clip} is not the clip that this exercise was made from. Ask your teacher for "
+            "both files.",
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
@@ -124,8 +124,8 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     for interval in exercise.listed:
         if interval.chain not in chains or interval.stop > data.motion.frames:
             why = tr(
-                "the exercise lists intervals that {clip} does not have. Choose the clip "
-                "that was written with the exercise.",
+                "the exercise lists intervals that do not fit {clip}. Use the clip that was "
+                "written together with the exercise.",
                 clip=shown_words(exercise.clip),
             )
             raise FormatError(f"{path}: {why}")
@@ -146,8 +146,8 @@ def score_answers(files: Sequence[Path]) -> str:
     truth = read_truth(keys[0])
     if not truth.sha256:
         why = tr(
-            "this file is not the key of an exercise, because it has no sha256. Choose the key "
-            "that was written with the exercise."
+            "this file is not the answer key of an exercise, because it has no checksum "
+            "(sha256). Choose the key that was written with the exercise."
         )
         raise FormatError(f"{keys[0].name}: {why}")
     for path, one in handed:
@@ -163,8 +163,8 @@ def score_answers(files: Sequence[Path]) -> str:
         if one.sha256 != truth.sha256:
             raise ClipMismatchError(
                 tr(
-                    "{file} and the key belong to different clips with the name {clip}. "
-                    "Choose an answer and a key of the same exercise.",
+                    "{file} and the key belong to different clips that are both named {clip}. "
+                    "Choose the answers and the key from the same exercise.",
                     file=path.name,
                     clip=shown_words(one.clip),
                 )

@@ -39,8 +39,8 @@ def score_text(result: ExerciseScore, first_frame: int, label: Callable[[str], s
     for title, rows in (
         (tr("Found"), result.hits),
         (tr("Missed"), result.misses),
-        (tr("Rejected, although it is an error"), result.false_rejected),
-        (tr("Accepted, although it is natural motion"), result.false_accepted),
+        (tr("Errors that you rejected"), result.false_rejected),
+        (tr("Natural motion that you accepted"), result.false_accepted),
     ):
         if rows:
             lines += [f"{title}:", ""]
@@ -51,8 +51,8 @@ def score_text(result: ExerciseScore, first_frame: int, label: Callable[[str], s
             plural("{n} interval has no verdict.", "{n} intervals have no verdict.", result.left)
         )
     then = tr(
-        "Next: click the places above and look at the stripes there. Then press *Next exercise* "
-        "for new errors."
+        "Next: click the places above and look at the stripes on the skin there. Then "
+        "press *Next exercise* for new errors."
     )
     return "\n".join([*lines, "", then])
 

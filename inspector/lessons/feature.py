@@ -69,7 +69,9 @@ _ROWS: tuple[ActionRow[Lessons] | None, ...] = (
                tr("Write one HTML file with text, sliders and the 3D figure, for any browser"),
                do=lambda p: p.lesson_actions.export_page()),
     ActionSpec("copy_place", tr("Copy this view for a lesson"), (),
-               tr("Copy clip, frame, chain, camera and what-if as the settings of a lesson page"),
+               tr(
+                   "Copy the clip, frame, chain, camera and what-if values as settings for a "
+                   "lesson page"),
                do=lambda p: p.lesson_actions.copy_place()),
     ActionSpec("exercise", tr("Exercise"), (), tr("Find hidden errors and get a score"),
                do=lambda p: p.lesson_actions.exercise()),

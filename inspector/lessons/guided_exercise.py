@@ -232,7 +232,7 @@ class Exercise(QObject):
         self._program.document.message.emit(str(text), wrong)
 
     def _ask_open(self) -> None:
-        title = tr("Do an exercise")
+        title = tr("Open a class exercise")
         ask_files(self._window, title, "*.json", lambda paths: self.do_one(paths[0]))
 
     def do_one(self, path: Path) -> None:
@@ -269,7 +269,7 @@ class Exercise(QObject):
             return ""
         if self._verdicts() == self._kept:
             return ""
-        return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
+        return tr("You have not handed in your verdicts on {clip}.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
         """Call `then` as soon as the class exercise may be closed.

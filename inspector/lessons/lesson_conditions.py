@@ -74,7 +74,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
     if {"along", "counter"} <= names:
-        raise ValueError(tr("either 'along' or 'counter': a child cannot do both"))
+        raise ValueError(tr("either 'along' or 'counter', because a child joint cannot do both"))
     if any(c.name == "twist" and c.amount > FARTHEST for c in conditions) and "counter" in names:
         text = tr(
             "a 'twist' of at most {most:g} with 'counter', because at 180° the direction is "

@@ -216,7 +216,7 @@ def _clip(path: Path, line: int, name: str) -> Path:
     `path` is the file of the lesson.
     """
     if Path(name).name != name or "\\" in name:
-        raise _error(path, line, tr("the name of a BVH file without a folder"), name)
+        raise _error(path, line, tr("the name of a BVH file, without a folder"), name)
     for folder in (path.parent, ASSETS):
         if is_file(clip := folder / name) and clip.suffix.lower() == ".bvh":
             return clip

@@ -147,7 +147,9 @@ def _watched(text: str) -> dict[str, Any]:
     places = tuple(dict.fromkeys(re.split(r"[,\s]+", text)))
     if len(places) > MOST_WATCHED or not PLACES.keys() >= set(places):
         known = ", ".join(PLACES)
-        raise ValueError(tr("at most {most} of the places {known}", most=MOST_WATCHED, known=known))
+        raise ValueError(
+            tr("at most {most} of these places: {known}", most=MOST_WATCHED, known=known)
+        )
     return {"watched": places}
 
 
@@ -162,7 +164,7 @@ def _what_if(text: str) -> dict[str, Any]:
             altered[name] = _ALTERED[name](value)
         else:
             known = ", ".join((*_ALTERED, "stage"))
-            raise ValueError(tr("one of {known}, each with its value", known=known))
+            raise ValueError(tr("one or more of {known}, each followed by its value", known=known))
     return {"what_if": WhatIf(**altered), "stage": stage}
 
 

@@ -41,21 +41,21 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
     for condition in page.done:
         if condition.name == "moved" and condition.amount > far:
             expected = tr(
-                "at most {most} frames after 'moved', because {clip} has no more",
+                "at most {most} frames after 'moved', because {clip} has no frames farther away",
                 most=far,
                 clip=place.clip.name,
             )
             raise refused("done", expected, f"moved {condition.amount:g}")
         if condition.name == "accepted" and not kinds.intersection(condition.words or kinds):
             expected = tr(
-                "an interval kind of {clip} after 'accepted': {kinds}",
+                "a kind of interval in {clip} after 'accepted': {kinds}",
                 clip=place.clip.name,
                 kinds=", ".join(sorted(kinds)) or tr("nothing"),
             )
             raise refused("done", expected, " ".join(("accepted", *condition.words)))
         if condition.name in _OF_CHAINS and data.limb(place.chain) is not None:
             expected = tr(
-                "no {name!r} on the page of a limb, because it is measured for chains only",
+                "no {name!r} on a page for a limb, because {name!r} is measured only for chains",
                 name=condition.name,
             )
             raise refused("done", expected, condition.name)

@@ -63,7 +63,7 @@ class TeachersFiles(QObject):
         def written(files: tuple[Path, Path]) -> None:
             clip, key = files
             text = tr(
-                "Give {exercise} and {clip} to your class. Keep the key {key} for yourself.",
+                "Give {exercise} and {clip} to your class. Keep the key {key} to yourself.",
                 exercise=path.name,
                 clip=clip.name,
                 key=key.name,
@@ -74,7 +74,7 @@ class TeachersFiles(QObject):
 
     def ask_score(self) -> None:
         """Ask for the files of the answer key and the students' answers, and score the answers."""
-        title = tr("Select the key and all answers")
+        title = tr("Select the answer key and all answers")
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
@@ -85,7 +85,7 @@ class TeachersFiles(QObject):
 
         def ask(table: str) -> None:
             ask_where(
-                self._window, tr("Write the table"), "*.csv",
+                self._window, tr("Save the table of scores"), "*.csv",
                 lambda path: self.write_table(path, table),
                 wanted=files[0].with_name("class.csv"), suffix="csv",
             )  # fmt: skip

@@ -57,8 +57,8 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
         if len(encoded(text)) <= largest:
             return text
     why = tr(
-        "the web page would be {size:.1f} MB, more than the limit of {most:.1f} MB. Use "
-        "fewer pages, or let several pages show the same frames.",
+        "the web page would be {size:.1f} MB, more than the limit of {most:.1f} MB. "
+        "Shorten the lesson, or let several of its pages show the same frames.",
         size=len(encoded(text)) / 1e6,
         most=largest / 1e6,
     )

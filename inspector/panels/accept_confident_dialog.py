@@ -65,15 +65,20 @@ class AcceptConfidentDialog(QDialog):
         find = self._document.automatic_ids
         ids = find(at_least) if intervals else ()
         also = find(at_least, include_open=True) if intervals else ()
-        text = plural(
-            "{count} of {n} undecided interval has at least this confidence.",
-            "{count} of {n} undecided intervals have at least this confidence.",
-            undecided,
+        text = tr(
+            "Undecided intervals that have at least this confidence: {count} of {n}.",
             count=len(ids),
+            n=undecided,
         )
         if also != ids:
             left = len(also) - len(ids)
-            text += " " + tr("{n} more are undecided. Please review them yourself.", n=left)
+            text += " " + plural(
+                "{n} more has this confidence but must be reviewed separately, because its "
+                "correction is in doubt.",
+                "{n} more have this confidence but must be reviewed separately, because their "
+                "corrections are in doubt.",
+                left,
+            )
         self.count.setText(text)
         self.ok.setText(tr("Accept {count}", count=len(ids)))
         self.ok.setEnabled(bool(ids))

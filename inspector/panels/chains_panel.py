@@ -52,27 +52,27 @@ _TIPS = (
         "The tick shows or hides the chain's intervals."
     ),
     tr("Intervals decided / intervals found"),
-    tr("Largest strength in the clip (with the paper's method: its measure m)"),
+    tr("Largest strength in the clip; in the paper's method, the strength is the measure m"),
     tr("Threshold τ of this chain"),
     tr(
         "How reliable the azimuth is, as a median over all frames.\n"
         "The azimuth is the direction in which the bone points away from its parent's axis.\n"
-        "It cannot be measured well while the limb is straight; the value is low then.\n"
-        "For a whole limb: how far the middle joint is from the limb's line, as a share of its\n"
-        "length."
+        "While the limb is straight, the azimuth cannot be measured well, and the value is low.\n"
+        "For a whole limb: how far the middle joint is from the line between the limb's ends,\n"
+        "as a share of the limb's length."
     ),
 )
 _LIMB_TIPS = (
     tr("The whole limb. The tick shows or hides its flips."),
     tr("Flips decided / flips found"),
     tr(
-        "Largest jump of the limb about the line from its first joint to its end, between two "
-        "frames"
+        "Largest jump of the limb about the line from its first joint to its end, from one frame "
+        "to the next"
     ),
     tr("Threshold τ of this limb: the smallest jump that is reported"),
     tr(
-        "Median distance of the middle joint from the limb's line, as a share of its length:\n"
-        "low while the limb is straight"
+        "Median distance of the middle joint from the line between the limb's ends, as a share\n"
+        "of the limb's length: low while the limb is straight"
     ),
 )
 _PAD = 8  # pixels
@@ -301,15 +301,15 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
-            "This chain cannot be corrected, because there are fewer than three rotation "
-            "channels at {joints}.",
+            "This chain cannot be corrected, because some of its joints have fewer than "
+            "three rotation channels: {joints}.",
             joints=_listed(stuck),
         )
         notes.append(note)
     elif partly and isinstance(chain, Limb):
         note = tr(
-            "Flips that did not turn the {end} cannot be corrected, because there are fewer than "
-            "three rotation channels at {joints}.",
+            "Flips that did not turn the {end} cannot be corrected, because some joints have "
+            "fewer than three rotation channels: {joints}.",
             end=end_in_words(chain.end_word),
             joints=_listed(partly),
         )

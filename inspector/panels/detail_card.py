@@ -218,8 +218,10 @@ class DetailCard(QWidget):
         if worse := sum(bool(evidence.get("worse")) for evidence in doubtful):
             sentences.append(
                 plural(
-                    "{n} of these corrections would make something worse. Look at it separately.",
-                    "{n} of these corrections would make something worse. Look at each separately.",
+                    "{n} of these corrections has a side effect that makes the motion worse. "
+                    "Look at that interval separately.",
+                    "{n} of these corrections have side effects that make the motion worse. "
+                    "Look at those intervals separately.",
                     worse,
                 )
             )
@@ -304,7 +306,7 @@ class DetailCard(QWidget):
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Smooth the noisy joints in these frames only; undo restores them")
+                tr("Smooth the noisy joints in these frames only (can be undone)")
             )
         elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
@@ -425,8 +427,8 @@ def explanation(
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr(
-            "A newer version of the program detected this. This version can show it but not "
-            "correct it."
+            "This interval was detected by a newer version of the program. Your version can "
+            "show the interval but not correct it."
         )
     if (judged.by_hand or judged.edited) and not interval.kind.info.repairer:
         made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
@@ -557,14 +559,14 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
-            "The limb is straight: at frame {frame}, θp changes by {p}° and θc by {c}°.",
+            "At frame {frame}, where the limb is straight, θp changes by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
             p=signed(p),
             c=signed(c),
         )
     if abs(interval.residual) > np.radians(0.005):
         yield tr(
-            "An error of {angle}° remains after the end.",
+            "An error of {angle}° remains after the interval.",
             angle=signed(np.degrees(interval.residual), 2),
         )
 
@@ -586,7 +588,7 @@ def _lone_jump(
     """Return sentences about a lone jump: the joint, its speed, and what the user can do."""
     sentences = [
         tr(
-            "{joint} turns {turn}° about its own axis in one frame, at frame {frame}.",
+            "At frame {frame}, {joint} turns {turn}° about its own axis in a single frame.",
             joint=interval.joint,
             turn=signed(np.degrees(interval.residual), 0),
             frame=interval.start + first_frame,
@@ -603,8 +605,8 @@ def _lone_jump(
     if stretch is not None:
         sentences.append(
             tr(
-                "A stretch (frames {first}–{last}) begins or ends here. Accept it to correct "
-                "this jump as well.",
+                "Another interval (frames {first}–{last}) begins or ends here. Accept that "
+                "interval to correct this jump as well.",
                 first=stretch.start + first_frame,
                 last=stretch.stop + first_frame,
             )
@@ -617,7 +619,7 @@ def _lone_jump(
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
     """Return sentences about a noise burst: the joints, the size, and what the user can do."""
     noise = tr(
-        "There is noise of about {size}° in every frame in {joints}. No body moves like that.",
+        "Every frame has about {size}° of noise at {joints}. No body moves like that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
         size=plain(np.degrees(interval.residual), 0),
     )
@@ -678,10 +680,13 @@ def _rare_side(side: float) -> str:
     """
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it rarely is in the rest of this clip."
+            "In these frames, the joint is on a side where it is rarely found in the rest of "
+            "this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the side where it is less often in this clip.")
+        return tr(
+            "In these frames, the joint is on the side where it spends less time in this clip."
+        )
     return ""
 
 
@@ -696,8 +701,8 @@ def _figures(judged: Judged, chain: Chain) -> str:
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
         "The parent's twist was compared with a straight line between the ends of each "
-        "span,\nand with its course in the rest of the clip.\nLog odds for an error, "
-        "against natural motion: {gain}.",
+        "span of frames,\nand with the parent's twist in the rest of the clip.\nLog odds "
+        "of an error versus natural motion: {gain}.",
         gain=plain(gain, 0),
     )
 
@@ -708,10 +713,9 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
     lines = []
     if edges := evidence.get("edges", ()):
         figures = tr(
-            "In other frames, the {middle} jumps by {unsteady:.1f}° or less.\n"
-            "Log odds for a flip, from the {middle}'s side in the rest of the clip: "
-            "{side}.\n"
-            "Log odds for a flip, against all other explanations: {odds}.",
+            "In other frames, the {middle} jumps by {unsteady:.1f}° or less.\nLog odds of a "
+            "flip, judging by the {middle}'s side in the rest of the clip: {side}.\nLog odds "
+            "of a flip versus all other explanations: {odds}.",
             middle=middle_of(limb),
             unsteady=max(e["sigma_deg"] for e in edges),
             side=plain(evidence["side"]),
@@ -720,5 +724,5 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
         lines.append(figures)
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
-        lines.append(tr("An error of {angle}° remains after the end.", angle=left))
+        lines.append(tr("An error of {angle}° remains after the interval.", angle=left))
     return "\n".join(lines)

@@ -15,7 +15,7 @@ from inspector.widgets.building import hbox, tool_button
 _WORDS = {  # text and tool tip of each button, keyed by `carried`
     False: (
         tr_as("the limb's end is", "kept"),
-        tr("The error did not turn the {end}: the correction keeps its rotation (C)"),
+        tr("The error did not turn the {end}: the correction keeps the {end}'s rotation (C)"),
     ),
     True: (
         tr_as("the limb's end is", "carried along"),

@@ -159,8 +159,8 @@ class _SearchLine(QLineEdit):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
         tip = tr(
             "Search for words in the chain, joints, kind, decision, note or reason.\nTo "
-            "search by confidence, type for example >0.9 or <0.5. Esc lists everything "
-            "again."
+            "search by confidence, type for example >0.9 or <0.5. Press Esc to list all "
+            "intervals again."
         )
         self.setToolTip(tip)
         self.setAccessibleDescription(tip)

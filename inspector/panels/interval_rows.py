@@ -280,12 +280,15 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         parts.append(tr("found by a newer version of the program; not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
-        parts.append(tr("an error of {angle}° remains after the end", angle=left))
+        parts.append(tr("an error of {angle}° remains after the interval", angle=left))
     if own != interval.confidence and own is not None and not judged.edited:
-        line = tr("confidence learned from your decisions (the detector's is {own:.2f})", own=own)
+        line = tr(
+            "confidence learned from your decisions (the detector's own value is {own:.2f})",
+            own=own,
+        )
         parts.append(line)
     if shared:
-        parts.append(tr("overlaps another interval of its chain; the offsets are added"))
+        parts.append(tr("overlaps another interval of its chain; their offsets add up"))
     if judged.reason:
         parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
     if judged.edited:

@@ -48,7 +48,7 @@ _NEXT = {  # the body part that turns back, keyed by segment
     "UpLeg": tr_as("the part that turns back", "shin"),
     "Leg": tr_as("the part that turns back", "foot"),
 }
-_PIECE = tr_as("the part that turns back", "next piece of the bone")
+_PIECE = tr_as("the part that turns back", "next part of the bone")
 _JOINT = tr_as("the part that turns back", "next joint")
 
 

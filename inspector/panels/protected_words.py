@@ -27,9 +27,7 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # name and unit of each protected mea
 def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
     """Return a sentence about the measures that the correction makes worse, or ''."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
-    return (
-        tr("The correction would make this worse: {what}.", what=", ".join(worse)) if worse else ""
-    )
+    return tr("Side effects of the correction: {what}.", what=", ".join(worse)) if worse else ""
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:

@@ -8,8 +8,8 @@ from inspector.language import tr
 _REASONS = {
     "natural motion": tr("natural motion"),
     "fast but real": tr("fast but real"),
-    "other joint is wrong": tr("other joint is wrong"),
-    "edges are wrong": tr("edges are wrong"),
+    "other joint is wrong": tr("the other joint is wrong"),
+    "edges are wrong": tr("the start or end is wrong"),
 }
 _IN_FILES = {shown: kept for kept, shown in _REASONS.items()}
 REASONS = tuple(_REASONS)

@@ -53,8 +53,8 @@ MEASURES = (
         tr("Jitter"),
         tr("°/frame³"),
         tr(
-            "How much the joint trembles: the median size of the third difference of its own "
-            "rotation"
+            "How much the joint trembles: the median size of the third difference of its "
+            "local rotation"
         ),
         tr("jitter"),
         tr("°/frame³"),

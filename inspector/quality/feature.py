@@ -98,11 +98,13 @@ class Quality(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Quality] | None, ...] = (
     ActionSpec("show_quality", tr("Quality tab"), ("Ctrl+D",),
-               tr("Show jitter, jumps and speed of every joint, and foot sliding"),
+               tr("Show the jitter, jumps and speed of every joint, and any foot sliding"),
                do=lambda p: p.show()),
     None,
     ActionSpec("track_joints", tr("Track with QuaMo"), (),
-               tr("Smooth the joints selected in the quality tab, after the twist correction"),
+               tr(
+                   "Smooth the joints selected in the Quality tab; the twist correction is "
+                   "applied first"),
                ready=False,
                do=lambda p: p.quality.track()),
     ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the tracking in progress"),

@@ -39,8 +39,8 @@ class JitterNote(QObject):
     def _take(self, jitter: float | None) -> None:
         if jitter is not None:
             text = tr(
-                "The jitter is {jitter:.0f} mm/frame³, at least {times:.0f} times as much "
-                "as in real captures.",
+                "The jitter is {jitter:.0f} mm/frame³, at least {times:.0f} times as high as in "
+                "real captures.",
                 jitter=jitter,
                 times=TIMES,
             )

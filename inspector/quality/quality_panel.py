@@ -28,7 +28,7 @@ _SAMPLE, _PAIR = "00000", "0.00 → 0.00"  # the longest texts of a column
 _PAD = 12  # pixels around these texts
 # Index in MEASURES of the jumps of the numbers in the file, which tracking does not change
 _WRITTEN = 1
-_EMPTY = tr("Open a clip to see jitter, jumps and speed of its joints, and foot sliding.")
+_EMPTY = tr("Open a clip to see the jitter, jumps and speed of its joints, and any foot sliding.")
 
 
 _REST_MS = 400  # pause of the playhead after which screen readers get the numbers

@@ -41,8 +41,8 @@ _PARTS = ("P", "D", tr("bias"), tr("acc."))
 _CHANGE_ROLES = ("before", "tracked")
 _PART_ROLES = ("before", "after", "undecided", "accepted")
 _ADVICE = tr(
-    "For a file, use the spline: it leaves the least jitter. The tracker (both ways or causal) is "
-    "for streams."
+    "For a file, use the spline, which leaves the least jitter. The tracker (both "
+    "ways or causal) is meant for data streams."
 )
 _LEAST_HIGH = 90  # minimum height of a plot in pixels
 _HIGHEST = 10000.0  # largest gain; no frame rate needs more
@@ -79,11 +79,14 @@ class TrackPage(QWidget):
         self._usual: dict[str, float] = {}  # default gains for the clip and the direction
         self._reviewed: dict[str, float] = {}  # gains that were set from a review
         self.hand, self.learned = (
-            QRadioButton(tr_as("gains", "Hand")),
+            QRadioButton(tr_as("gains", "Manual")),
             QRadioButton(tr_as("gains", "Learned")),
         )
         self.learned.setToolTip(
-            tr("Gains from the neural networks at 25 Hz, only for the 24 joints of CMU or SMPL")
+            tr(
+                "Gains from the neural networks, at 25 Hz; only for the 24 joints of the CMU or "
+                "SMPL skeleton"
+            )
         )
         self.spline = QRadioButton(tr("Spline"))
         self.spline.setToolTip(tr("Smooth the whole clip with a spline, without lag"))

@@ -48,8 +48,8 @@ class _Preset:
 
 
 _PRESETS = {
-    tr("Column, 90 mm"): _Preset(90, 0, "mm", 600, 7.0),
-    tr("Page, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
+    tr("Column width, 90 mm"): _Preset(90, 0, "mm", 600, 7.0),
+    tr("Page width, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
     tr("1280 × 720 pixels"): _Preset(1280, 720, "pixels", 96, 8.0),
     tr("1920 × 1080 pixels"): _Preset(1920, 1080, "pixels", 96, 12.0),
     tr("Custom size"): _Preset(120, 0, "mm", 600, 8.0),

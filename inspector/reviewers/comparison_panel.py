@@ -174,8 +174,8 @@ class ComparisonPanel(QWidget):
         else:
             self._say(
                 tr(
-                    "You have not decided on this interval. Accept it, reject it, or take "
-                    "their decision."
+                    "You have not decided on this interval. Accept it, reject it, or take the "
+                    "other reviewer's decision."
                 )
             )
 

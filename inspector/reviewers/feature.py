@@ -112,19 +112,23 @@ def _read(path: Path, clip: Clip) -> Session:
 # fmt: off
 _FILE: tuple[ActionRow[Reviewers] | None, ...] = (
     ActionSpec("compare_reviews", tr("Compare with another review…"), (),
-               tr("List the differences from another reviewer's session of this clip"),
+               tr(
+                   "List the differences between your review and another reviewer's session "
+                   "for this clip"),
                needs="clip", do=lambda p: p.choose()),
 )
 _EDIT: tuple[ActionRow[Reviewers] | None, ...] = (
     None,
     ActionSpec("keep_mine", tr("Difference: keep my decision"), ("Shift+M",),
-               tr("Confirm your decision where another review differs"), verdict=True,
+               tr("Confirm your decision on the selected difference"), verdict=True,
                do=lambda p: p.comparison.keep_mine()),
     ActionSpec("take_theirs", tr("Difference: take their decision"), ("Shift+T",),
-               tr("Use the decision and the correction of the other review"), verdict=True,
+               tr("Use the other reviewer's decision and correction"), verdict=True,
                do=lambda p: p.comparison.take_theirs()),
     ActionSpec("take_undecided", tr("Take their decisions on my undecided intervals"), (),
-               tr("Adopt all of these decisions at once, under the other reviewer's name"),
+               tr(
+                   "Adopt the other reviewer's decisions on all intervals that you have not "
+                   "decided on, under that reviewer's name"),
                do=lambda p: p.comparison.take_undecided()),
 )
 _GO: tuple[ActionRow[Reviewers] | None, ...] = (

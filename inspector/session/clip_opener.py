@@ -81,7 +81,7 @@ class ClipOpener(QObject):
         if clip.kept(method) is not None:
             then()
         else:
-            what = tr("Detecting in {clip}", clip=clip.name)
+            what = tr("Detecting errors in {clip}", clip=clip.name)
             self._start(what, lambda tell: clip.by(method, tell), lambda _: then())
 
     def prepare(

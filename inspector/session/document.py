@@ -360,7 +360,7 @@ class Document(OpenClip):
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             message = tr(
-                "There is already an interval with frames {first}–{last}. It is now selected.",
+                "There is already an interval at frames {first}–{last}. It is now selected.",
                 first=first,
                 last=last,
             )
@@ -392,7 +392,7 @@ class Document(OpenClip):
         if proposed is None:
             message = tr(
                 "No correction fits this jump: {joint} neither turns back soon nor stays rotated "
-                "about its own bone. Correct it in your animation software.",
+                "about its own bone. Correct the jump in your animation software.",
                 joint=selected.joint,
             )
             self.message.emit(message, False)

@@ -187,7 +187,7 @@ def check_targets(
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
         message = tr(
-            "{path} is the source, which is never overwritten. Choose another name.", path=path
+            "{path} is the source clip, which is never overwritten. Choose another name.", path=path
         )
         raise TwistError(message)
     if path in own or replay in own:
@@ -267,21 +267,21 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     name = export.choice.path.name
     stale = ""
     if export.changed:
-        stale = f" {export.changed} " + tr("The open version of the clip was exported.")
+        stale = f" {export.changed} " + tr("The version that is open in this window was exported.")
     change = compare(export.clip.motion, refined)
     if not change.joints:
         why = export.left_out or tr("No correction was accepted.")
         return (
-            tr("{name} was written as an exact copy of the source. {why}", name=name, why=why)
+            tr("{name} was written as an exact copy of the source clip. {why}", name=name, why=why)
             + stale
         )
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
     message = plural(
-        "{name} was written: {frames} of {n} joint changed by up to {largest:.1f}°. {moved} "
-        "Every other byte is unchanged.",
-        "{name} was written: {frames} of {n} joints changed by up to {largest:.1f}°. {moved} "
-        "Every other byte is unchanged.",
+        "{name} was written: {n} joint changed by up to {largest:.1f}° in {frames}. "
+        "{moved} All other bytes are unchanged.",
+        "{name} was written: {n} joints changed by up to {largest:.1f}° in {frames}. "
+        "{moved} All other bytes are unchanged.",
         joints,
         name=name,
         frames=plural("{n} frame", "{n} frames", change.frames),
@@ -291,8 +291,8 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     steps = ""
     if jumps:
         steps = plural(
-            "{n} step of more than 180° remains in the channels: {first}.",
-            "{n} steps of more than 180° remain in the channels: {first}.",
+            "{n} step of more than 180° remains in the rotation channels: {first}.",
+            "{n} steps of more than 180° remain in the rotation channels. The first one: {first}.",
             len(jumps),
             first=of_core(str(jumps[0])),
         )
@@ -305,7 +305,7 @@ def _moved(change: Difference) -> str:
     if not change.moved and still:
         return tr("No joint moved.")
     if not change.moved:
-        return tr("No joint moved by more than {rest:.0e} of the height.", rest=rest)
+        return tr("No joint moved by more than {rest:.0e} of the figure's height.", rest=rest)
     *before, last = (
         tr("{joint} by up to {percent:.1f} %", joint=m.joint, percent=100.0 * m.of_height)
         for m in change.moved
@@ -319,12 +319,13 @@ def _moved(change: Difference) -> str:
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
         return tr(
-            "These joints moved (as a share of the height): {names}. No other joint moved.",
+            "These joints moved (as a share of the figure's height): {names}. No other joint "
+            "moved.",
             names=names,
         )
     return tr(
-        "These joints moved (as a share of the height): {names}. No other joint moved by "
-        "more than {rest:.0e}.",
+        "These joints moved (as a share of the figure's height): {names}. No other joint "
+        "moved by more than {rest:.0e}.",
         names=names,
         rest=rest,
     )

@@ -38,7 +38,10 @@ class Exporter(QObject):
         """Start an export of the current review with the options `choice`."""
         if self._export is not None:
             name = self._export.choice.path.name
-            message = tr("{name} is still being written. Export again when it is done.", name=name)
+            message = tr(
+                "{name} is still being written. Wait until it is finished, then export again.",
+                name=name,
+            )
             self._document.message.emit(message, True)
             return
         try:

@@ -26,15 +26,16 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
     """Return a message if a review's detector is not installed or fails on the clip, or ''."""
     if why := analysis.failure(method):
         return tr(
-            "The detector of this review fails on the clip: {why}. You can judge and export the "
-            "intervals. To change τ, choose another detector.",
+            "The detector of this review fails on this clip: {why}. You can still judge and "
+            "export the intervals. To change τ, choose another detector.",
             why=of_core(why),
         )
     if DETECTORS.usable(method) == method:
         return ""
     return tr(
-        "The intervals of this review were found by the detector '{name}', which is not installed. "
-        "You can judge and export them. To change τ, choose another detector.",
+        "The intervals of this review were found by the detector '{name}', which is not "
+        "installed. You can still judge and export the intervals. To change τ, choose "
+        "another detector.",
         name=method,
     )
 
@@ -43,7 +44,7 @@ def another_used(analysis: ClipAnalysis, method: str) -> str:
     """Return a message stating that the default detector has replaced the detector `method`."""
     if why := analysis.failure(method):
         return tr(
-            "The default detector was used for {clip}, with its automatic τ: {why}.",
+            "The default detector was used for {clip}, with its automatic τ, because {why}.",
             clip=analysis.name,
             why=of_core(why),
         )

@@ -238,7 +238,7 @@ class Keeper(QObject):
             return False, f"{message} {self.journal.where()}"
         if trouble is not None:
             message += tr(
-                "{path} was not saved ({why}). The session is now {place}.",
+                "{path} was not saved ({why}). The session was saved as {place} instead.",
                 path=places[0],
                 why=of_core(str(trouble.strerror)),
                 place=place,
@@ -261,7 +261,7 @@ class Keeper(QObject):
             return write_known(path, data, kept.known)
         if not lock.take():
             message = tr(
-                "{name} is open in another window ({holder}). Save under another name.",
+                "{name} is open in another window ({holder}). Save the session under another name.",
                 name=path.name,
                 holder=lock.holder,
             )
@@ -321,7 +321,7 @@ class Keeper(QObject):
             )
         if self.read_only:
             return tr(
-                "The review is being edited in another window again: {holder}.",
+                "The review is being edited in another window again ({holder}).",
                 holder=self.lock.holder,
             )
         self._robbed = self._kept.clip.path

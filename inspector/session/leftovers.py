@@ -122,7 +122,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
     message = ""
     if recovered.damaged:
         message = tr(
-            "{n} entries of {name} are damaged. The entries before them are kept.",
+            "Damaged entries in {name}: {n}. The entries before the damage are kept.",
             name=path.name,
             n=recovered.damaged,
         )

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inspector.language import of_core, tr
+from inspector.language import of_core, plural, tr
 from inspector.session.failing_detector import another_used, not_usable, redetect_or_give_up
 from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, rename_damaged
@@ -150,7 +150,7 @@ class ClipMissingError(TwistError):
 
     def __init__(self, session: Path, clip: str) -> None:
         message = tr(
-            "The clip {clip} of {session} was not found. Locate the clip.",
+            "The clip {clip}, which belongs to {session}, was not found. Locate the clip.",
             session=session.name,
             clip=shown_words(clip),
         )
@@ -183,13 +183,13 @@ def analyse_file(
         return _read(path, profile, tell, seen=seen)
     session, *older = sessions
     notes = [
-        tr("There is an older session of {clip}: {path}.", clip=path.name, path=other)
+        tr("There is also an older session for {clip}: {path}.", clip=path.name, path=other)
         for other in older
     ]
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        why = tr("The review of this clip is not shown. {error}.", error=of_core(str(error)))
+        why = tr("The review of this clip cannot be shown. {error}.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = rename_damaged(session, str(error))
         found, notes = _read(path, profile, tell, seen=seen), [*notes, why]
@@ -430,7 +430,7 @@ def opening_notes(
     problems with the review.
     """
     if data.session is not None:
-        message = tr("Your review in {session} continues.", session=data.session.name)
+        message = tr("Continuing your review from {session}.", session=data.session.name)
         if data.added is not None:
             found = tr("{n} found, undecided", n=data.added) if data.added else tr("none found")
             message += " " + tr(
@@ -438,14 +438,22 @@ def opening_notes(
                 found=found,
             )
         if tracking := data.review.state.tracking:
-            message += " " + tr("It includes tracking: {what}.", what=of_core(tracking.what))
+            message += " " + tr(
+                "The review includes tracking: {what}.", what=of_core(tracking.what)
+            )
         yield message, False
     if rig := data.analysis.rig:
-        yield tr("This rig has its own chains: {summary}.", summary=of_core(rig.summary())), False
+        yield (
+            tr(
+                "The chains of this rig have been changed: {summary}.",
+                summary=of_core(rig.summary()),
+            ),
+            False,
+        )
     name, notices = data.clip.name, []
     if away is not None:
         message = tr(
-            "The folder of {name} is read-only. Your decisions are kept in {folder}.",
+            "The folder that contains {name} is read-only, so your decisions are kept in {folder}.",
             name=name,
             folder=away,
         )
@@ -458,7 +466,8 @@ def opening_notes(
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
         message = tr(
-            "Shown but not corrected, because some joints lack rotation channels: {chains}.",
+            "These chains are shown but not corrected, because some of their joints lack "
+            "rotation channels: {chains}.",
             chains=", ".join(stuck),
         )
         notices.append(message)
@@ -466,7 +475,11 @@ def opening_notes(
     if notices:
         message = " ".join(notices[:3])
         if len(notices) > 3:
-            message += " " + tr("{n} more notes are in the Chains panel.", n=len(notices) - 3)
+            message += " " + plural(
+                "The Chains panel shows {n} more note.",
+                "The Chains panel shows {n} more notes.",
+                len(notices) - 3,
+            )
         if data.clip.missing_frames:  # the message stays until the user closes it
             lasting.insert(0, message)
         else:

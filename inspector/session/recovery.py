@@ -67,8 +67,8 @@ class Recovery(QObject):
         self._stamp, self._changed = self._open().stamp, ""
         if exports := interrupted_exports(self._open().clip.path):
             message = tr(
-                "An export was interrupted: the exported clip may be newer than {session} and the "
-                "report. Export it again.",
+                "An export was interrupted: the exported clip may be newer than {session} and "
+                "the report. Export the clip again.",
                 session=exports[0],
             )
             self._keeper.message.emit(message, True)
@@ -116,7 +116,7 @@ class Recovery(QObject):
             self._stamp = stamp
             self._changed = what_changed(data.clip, data.stamp, stamp)
             keep = (tr("Keep the open version"), lambda: None)
-            again = (tr("Open it again"), lambda: self.open_again.emit(self._source()))
+            again = (tr("Open the new version"), lambda: self.open_again.emit(self._source()))
             if self._changed:
                 self.question.emit(self._changed, (again, keep) if stamp else (keep,))
         return self._changed
@@ -212,7 +212,7 @@ class Recovery(QObject):
         elif name := self._keeper.keep(leftover):
             message = tr(
                 "{taken} of {total} decisions were added. The others stay in {name}, because "
-                "this review lacks their intervals or has different decisions.",
+                "this review lacks the intervals or has different decisions on them.",
                 taken=of - lost,
                 total=of,
                 name=name,
@@ -260,7 +260,7 @@ class Recovery(QObject):
         if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self._keeper.message.emit(tr("All steps are saved to disk again."), False)
+            self._keeper.message.emit(tr("All steps have now been saved to disk."), False)
             self._ask_next()
 
 

@@ -210,7 +210,7 @@ class ReviewJournal(QObject):
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("Your decisions are kept in the journal {name}.", name=journal.path.name)
-        return tr("Your decisions are kept only in this window.")
+        return tr("Your decisions exist only in this window.")
 
     # -- the file -----------------------------------------------------------------------------
 
@@ -281,8 +281,8 @@ class ReviewJournal(QObject):
         self._again.start()
         waiting = self._journal.waiting if self._journal is not None else self.steps
         message = plural(
-            "The journal cannot be written ({why}). The last step is only in this window.",
-            "The journal cannot be written ({why}). The last {n} steps are only in this window.",
+            "The journal cannot be written ({why}). The last step exists only in this window.",
+            "The journal cannot be written ({why}). The last {n} steps exist only in this window.",
             waiting,
             why=of_core(str(error.strerror)),
         )

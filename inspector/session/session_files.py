@@ -194,7 +194,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)
             message = tr(
-                "{name} contained another review, which was renamed to {kept}.",
+                "{name} contained another review, which was kept as {kept}.",
                 name=path.name,
                 kept=kept.name,
             )

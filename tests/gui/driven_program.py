@@ -115,7 +115,7 @@ class Driver:
         self.window.document.opened.connect(lambda: opened.append(True))
         (button,) = [b for b in self.window.bar.buttons() if b.text() == text]
         button.click()
-        if text in ("Take over", "Open it again"):
+        if text in ("Take over", "Open the new version"):
             while not opened:
                 wait(5)
 

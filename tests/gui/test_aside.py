@@ -152,7 +152,7 @@ def test_verdicts_for_a_class_are_not_given_up_unasked(qtbot, of_a_class, tmp_pa
     window, document = of_a_class, of_a_class.document
     exercise, data = window.lesson_actions.hidden_errors, document.data
     document.decide(Decision.ACCEPTED, [document.intervals[0].id])
-    waits = "class.bvh has verdicts that you have not handed in."
+    waits = "You have not handed in your verdicts on class.bvh."
     for leave in (
         exercise.leave.click,
         exercise.start.click,

@@ -198,7 +198,7 @@ def test_a_dimmed_place_has_less_contrast_and_is_readable(qtbot, at_forearm, tmp
 @pytest.mark.parametrize("wrong", ["figure, clock, theta", "figure, nothing", "everything"])
 def test_three_places_or_an_unknown_one_are_refused(tmp_path, wrong):
     path = lesson(tmp_path, "moved 5", more=f"watch: {wrong}")
-    with pytest.raises(FormatError, match="at most 2 of the places figure, clock"):
+    with pytest.raises(FormatError, match="at most 2 of these places: figure, clock"):
         read_lesson(path)
 
 

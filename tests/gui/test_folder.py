@@ -160,7 +160,9 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     document = Document()
     informative = InformativeIntervals(queue, document)
     panel = ClipsPanel(queue, document, Colours(LIGHT), informative)
-    printed = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
+    printed = (
+        "1 of 3 clips done, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 truncated; "
+    )
     printed += "1 not checked; 1 failed"
     assert panel.status.text() == printed
     queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first
@@ -260,7 +262,7 @@ def test_the_counts_are_wrapped_in_a_narrow_panel(qtbot, queue, tmp_path):
     document = Document()
     panel = ClipsPanel(queue, document, Colours(LIGHT), InformativeIntervals(queue, document))
     qtbot.addWidget(panel)
-    panel.status.setText("0 of 3 clips, 0 of 33 intervals decided; 1 clean; 1 failed")
+    panel.status.setText("0 of 3 clips done, 0 of 33 intervals decided; 1 clean; 1 failed")
     panel.resize(230, 300)
     panel.show()
     qtbot.waitExposed(panel)

@@ -126,7 +126,7 @@ def test_a_lone_jump_refers_to_the_stretch_that_begins_there(opened):
     assert [j.interval.start for j in jumps] == [200, 260]
     for jump in jumps:
         document.select_interval(jump.id)
-        assert "A stretch (frames 200–260) begins or ends here" in opened.detail.why.text()
+        assert "Another interval (frames 200–260) begins or ends here" in opened.detail.why.text()
 
 
 def test_insert_at_a_lone_jump_makes_the_stretch_that_it_may_begin(opened):

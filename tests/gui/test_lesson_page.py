@@ -184,7 +184,7 @@ def test_fewer_frames_where_it_would_be_too_large(tmp_path, monkeypatch):
     assert len(smaller.encode()) < whole
     first = Read(smaller).data()["pages"][0]
     assert (first["first"], first["last"]) == (30, 150)  # half a second on either side
-    with pytest.raises(TwistError, match=r"limit of 0\.1 MB\. Use fewer pages"):
+    with pytest.raises(TwistError, match=r"limit of 0\.1 MB\. Shorten the lesson"):
         page_text(lesson, largest=100_000)
 
 

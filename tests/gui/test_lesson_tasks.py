@@ -80,9 +80,9 @@ def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
     [
         (
             "accepted lone-jump",
-            "an interval kind of walk_injected.bvh after 'accepted'",
+            "a kind of interval in walk_injected.bvh after 'accepted'",
         ),
-        ("accepted, counter", "no 'counter' on the page of a limb"),
+        ("accepted, counter", "no 'counter' on a page for a limb"),
     ],
 )
 def test_what_the_clip_cannot_give_is_refused(tmp_path, done, expected):

@@ -239,7 +239,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "There is already an interval with frames 45–52. It is now selected."
+        == "There is already an interval at frames 45–52. It is now selected."
     )
     assert document.review.state is state
     assert document.interval_id == there.id
@@ -247,7 +247,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "There is already an interval with frames 46–53. It is now selected."
+        == "There is already an interval at frames 46–53. It is now selected."
     )
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
@@ -266,10 +266,10 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert (
-        "joints moved (as a share of the height): RightLeg by up to 20.5 % and RightToeBase by"
-        in told
+        "joints moved (as a share of the figure's height): "
+        "RightLeg by up to 20.5 % and RightToeBase by" in told
     )
-    assert "No other joint moved. Every other byte" in told
+    assert "No other joint moved. All other bytes" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()
@@ -286,7 +286,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
         (j.decision, j.interval.carried) for j in state.intervals
     ]
     assert opened.document.review.saved
-    assert opened.bar.label.text() == "Your review in kick.twist.json continues."
+    assert opened.bar.label.text() == "Continuing your review from kick.twist.json."
 
 
 def reviewed_before(kick):
@@ -429,7 +429,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     document.select_interval(jumps[0].id, jump=True)
     assert detail.title.text() == "<b>Right Leg</b> · lone jump · 1 frame"
     assert detail.why.text().startswith(
-        "RightFoot turns −66° about its own axis in one frame, at frame 14. At 120 frames"
+        "At frame 14, RightFoot turns −66° about its own axis in a single frame. At 120 frames"
     )
     assert not detail.delta.isEnabled()
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
@@ -459,7 +459,7 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
     document.decide(Decision.ACCEPTED, [jumps[0].id])
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
-    assert "copy of the source. No correction was accepted." in opened.bar.label.text()
+    assert "copy of the source clip. No correction was accepted." in opened.bar.label.text()
     document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
     document.decide(Decision.REJECTED, [flips(opened)[1].id])
     assert [numbers(text)[:4] for text in counted()] == [[1, 1, 1, every - 3], [4, every - 3]]

@@ -28,7 +28,7 @@ def test_a_review_of_it_is_kept_and_an_export_beside_it_is_told(qtbot, show_wind
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
     assert recover(window.document.keeper.journal.path).steps == 1
     assert window.files.save_session()
-    assert "The session is now" in window.bar.label.text()
+    assert "The session was saved as" in window.bar.label.text()
     assert len(read_session(refuge_path(clip)).state.chosen()) == 1
     assert not journals(refuge_path(clip))
     if len(name) == 126:

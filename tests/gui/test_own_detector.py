@@ -253,14 +253,14 @@ def test_a_review_by_a_detector_that_raises_on_the_clip_is_gone_on_with(
     document, messages = Document(), []
     document.message.connect(lambda *told: messages.append(told[0]))
     document.show_clip(analyse_session(session))
-    (told,) = [text for text in messages if "fails on the clip" in text]
+    (told,) = [text for text in messages if "fails on this clip" in text]
     assert "the detector 'gone' failed on LeftShoulder (ValueError: of its own)" in told
     before = document.review.state
     assert (before.method, document.method) == ("gone", "consistency")
     assert sum(j.decision == "accepted" for j in before.intervals) > 0
     document.set_tau(0.5)
     assert document.review.state is before
-    assert "fails on the clip" in messages[-1]
+    assert "fails on this clip" in messages[-1]
     # Other chains leave it as it is, and another detector is a choice.
     fewer = Rig((), ("RightLeg",))
     document.change_chains(fewer, "Remove")

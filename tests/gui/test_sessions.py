@@ -247,7 +247,7 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     assert document["schema"] == "twistcore.session/3"
     assert [i["kind"] for i in document["intervals"]] == ["counter-twist"] * 8 + ["limb flip"]
     open_clip(qtbot, window, path)
-    assert window.bar.label.text() == "Your review in walk.twist.json continues."
+    assert window.bar.label.text() == "Continuing your review from walk.twist.json."
 
 
 @pytest.mark.thorough
@@ -338,7 +338,7 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
         assert "is read-only" in told
         assert (verdicts, saved) == ("0", "True")
         told, verdicts, saved = review()
-        assert told.startswith("Your review in walk-")
+        assert told.startswith("Continuing your review from walk-")
         assert (verdicts, saved) == ("1", "True")
         assert [p.name for p in folder.iterdir()] == [clip.name]
         assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]

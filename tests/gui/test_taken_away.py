@@ -60,7 +60,7 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
             program.tell(f"note {6000 + step}")  # more than there is left of a block
             assert "journal cannot be written" in program.answer["says"]
             assert (
-                f"the last {'step is' if step == 1 else f'{step} steps are'}"
+                f"the last {'step exists' if step == 1 else f'{step} steps exist'}"
                 in program.answer["says"].lower()
             )
             assert program.answer["offers"] == ["Try again", "Save elsewhere…"]
@@ -177,13 +177,13 @@ def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
     clip.write_bytes(clip.read_bytes().replace(b"\r\n", b"\n"))
     program.tell("front")
     assert "has changed on disk" in program.answer["says"]
-    assert program.answer["offers"] == ["Open it again", "Keep the open version"]
+    assert program.answer["offers"] == ["Open the new version", "Keep the open version"]
     program.tell("press Keep the open version", "front")
     assert program.answer["says"] == ""
     program.tell("save")
     assert "belongs to the version of the clip that is open" in program.answer["says"]
     program.tell("front", "export", "state")
-    assert "open version of the clip was exported" in program.answer["says"]
+    assert "version that is open in this window was exported" in program.answer["says"]
 
 
 def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start_here):

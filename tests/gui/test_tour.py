@@ -541,7 +541,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     exercise.teacher.write(own)
     qtbot.waitUntil(lambda: bool(said), timeout=20_000)
     assert said.pop() == (
-        "Give monday.json and monday.bvh to your class. Keep the key monday.key.json for yourself.",
+        "Give monday.json and monday.bvh to your class. Keep the key monday.key.json to yourself.",
         False,
     )
     assert document.data is mine  # of the person's own clip, which stays as it is
@@ -590,7 +590,7 @@ def test_an_exercise_whose_clip_is_another_is_refused(qtbot, at_forearm, tmp_pat
     qtbot.waitUntil(lambda: bool(said), timeout=20_000)
     assert said == [
         (
-            "own.json: own.bvh is not the clip that this exercise was made with. "
+            "own.json: own.bvh is not the clip that this exercise was made from. "
             "Ask your teacher for both files.",
             True,
         )
