@@ -26,12 +26,12 @@ _WINDOW = (
     *("matplotlib", "markdown_it"),
 )
 _NOT_INSTALLED = (
-    "the packages of the window are not installed. Install them with "
+    "the packages for the window are not installed. Install them with "
     'pip install "twist-inspector[gui]"; the command twistcore works without them.'
 )
 _NO_SCREEN = (
     "there is no screen: neither DISPLAY nor WAYLAND_DISPLAY is set. The command twistcore works "
-    "without a screen; for --screenshot use xvfb-run (on Debian from the packages xvfb and xauth)."
+    "without a screen; for --screenshot use xvfb-run (on Debian, in the packages xvfb and xauth)."
 )
 
 
@@ -115,7 +115,7 @@ def _parser() -> argparse.ArgumentParser:
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="save an image of the window and quit; without a clip the window is empty (default: "
+        help="save an image of the window and quit; without a clip, the window is empty (default: "
         "no image)",
     )
     parser.add_argument(
@@ -123,12 +123,12 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         metavar="DIR",
         help="run a demonstration and quit: accept every interval and write the results to DIR; "
-        "without a clip it uses the sample (default: no demonstration)",
+        "without a clip, the sample is used (default: no demonstration)",
     )
     parser.add_argument(
         "--detector",
         metavar="FILE.py:CLASS",
-        help="add a detector of your own to the menu Edit (docs/detectors.md; default: none)",
+        help="add a detector of your own to the Edit menu (docs/detectors.md; default: none)",
     )
     parser.add_argument(
         "--language",

@@ -42,7 +42,7 @@ var Labels = (function () {
     const product = inDegrees(inDegrees(of.frame.product)), wide = Math.abs(product);
     const number = wide.toFixed(wide >= 0.01 ? 2 : 4);
     const sign = product < 0 ? MINUS : product > 0 ? "+" : "";
-    const no = sign === MINUS ? tr("no, only rounding") : tr("no");
+    const no = sign === MINUS ? tr("no, only rounding error") : tr("no");
     const answer = of.frame.strength >= LEAST ? tr("yes") : no;
     return `${answer}: ${sign}${number} (°)²`;
   }

@@ -77,8 +77,8 @@ var Words = (function () {
 
   function applied(of) {
     const c = of.correction;
-    return tr("{share} of offset(t) = {whole} is removed: m was {before}, now {now}. "
-      + "C counter-rotates by the same angle (15) and keeps its orientation (14).", {
+    return tr("{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C "
+      + "counter-rotates by the same angle (Eq. 15) and keeps its orientation (Eq. 14).", {
       share: share(c.applied), whole: tenths(c.whole),
       before: tenths(c.before.strength), now: tenths(of.frame.strength),
     });
@@ -90,8 +90,8 @@ var Words = (function () {
       return tr("P and C twist against each other, {passed}: a twist error. Only P has turned; C "
         + "and G are as captured.", { passed: passed });
     }
-    return tr("Opposite signs and {passed}: an event. err = {err} is added to offset(t). It is an "
-      + "edge of an error or a very fast movement.", {
+    return tr("Opposite signs and {passed}: an event. err = {err} is added to offset(t). Such "
+      + "an event is the edge of an error or a very fast movement.", {
       passed: passed, err: `${signed(inDegrees(c.err), 1)}°`,
     });
   }

@@ -19,7 +19,7 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # name and unit of each protected mea
     HINGE: (tr("sideways bend"), "°"),
     TURNS: (tr("impossibly fast turns"), tr(" frames")),
     ROLL: (tr("peak roll speed of the next joint"), tr("° per frame")),
-    PATH: (tr("path of the middle joint"), tr(" % of the limb")),
+    PATH: (tr("path of the middle joint"), tr(" % of the limb's length")),
     ENDS: (tr("displacement of hands and feet"), tr(" % of the height")),
 }
 

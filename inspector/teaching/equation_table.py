@@ -120,7 +120,7 @@ def _opposed(of: FrameNumbers) -> str:
     answer = (
         tr("yes")
         if of.frame.strength >= LEAST
-        else tr("no, only rounding")
+        else tr("no, only rounding error")
         if sign == "−"
         else tr("no")
     )

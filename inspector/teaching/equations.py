@@ -235,7 +235,7 @@ class Equations(QWidget):
         if equation.corrected:
             number.setToolTip(
                 tr(
-                    "Equation {number} is {printed}.",
+                    "In the paper, equation {number} is {printed}.",
                     number=equation.number,
                     printed=equation.corrected,
                 )

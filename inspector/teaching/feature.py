@@ -75,7 +75,7 @@ class Teaching(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Teaching] | None, ...] = (
     ActionSpec("show_teaching", tr("Swing and twist"), ("Ctrl+L",),
-               tr("Show the equations of swing and twist at the selected joint"),
+               tr("Show the equations of swing and twist for the selected joint"),
                do=lambda p: p.show()),
     None,
 )

@@ -18,21 +18,20 @@ from twistcore.skeleton.rotation import Array
 
 _WORDS = {
     "Quaternion": tr(
-        "The difference between pose and input is itself a rotation, the shorter of two "
-        "possible ones. It has no seam at ±180°. Only the lag of the tracker remains."
+        "The difference between pose and input is itself a rotation: the shorter of the two "
+        "possible rotations, which has no seam at ±180°. Only the tracker's lag remains."
     ),
     "axis-angle, raw": tr(
-        "At 180° the vector jumps from one end to the other. The tracker turns all "
-        "the way back, through poses that never occurred."
+        "At 180° the rotation vector flips to the opposite direction. The tracker turns all the "
+        "way back, through poses that never occurred."
     ),
     "Euler XYZ, raw": tr(
         "180° becomes −180° between two frames. The tracker mistakes this numerical jump for "
         "motion."
     ),
     "Euler XYZ, wrapped": tr(
-        "Wrapping differences into ±180° closes the seam. But the three angles do "
-        "not change evenly when the joint turns evenly: the faster the turn, the larger "
-        "the error."
+        "Wrapping the differences to ±180° removes the seam. But the three angles do not change "
+        "evenly when the joint turns evenly: the faster the turn, the larger the error."
     ),
     "Quaternion, first-order": tr(
         "A linear step that is projected back onto the unit sphere is shorter than the "
@@ -121,9 +120,9 @@ class FiveTrackers(QWidget):
         self.speed.setText(speed)
         self.words.set_text(
             tr(
-                "One joint turns about one axis at 25 Hz, and five trackers follow it with "
-                "the same gains (κP 600, κD 15). The plots show how far each tracker is from the "
-                "input (on a √ scale)."
+                "One joint turns about one axis and is sampled at 25 Hz. Five trackers with the "
+                "same gains (κP 600, κD 15) follow the joint. The plots show how far each tracker "
+                "is from the input (on a √ scale)."
             )
         )
         self.go_to(self.frame)
@@ -140,7 +139,7 @@ class FiveTrackers(QWidget):
         ]
         inks = [getattr(self._colours.theme, role) for _, role in _EULER]
         keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(angles, inks, strict=True))
-        self.input_words.set_text(f"{tr('The input as Euler angles XYZ')} &nbsp; {keys}")
+        self.input_words.set_text(f"{tr('The input as XYZ Euler angles')} &nbsp; {keys}")
         self.input.setAccessibleDescription(", ".join(angles))
         for name, title in self.titles.items():
             distance = self.found[name]

@@ -32,7 +32,7 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # brightness of parts that are not highlighted, if other parts are
-_FAMILY = tr("Swing near 180°: one pose, many (<b>n</b>, θp)")
+_FAMILY = tr("Swing near 180°: one pose, many pairs (<b>n</b>, θp)")
 # The parts that are highlighted together with a symbol.
 _TOGETHER = {
     "q": ("a", "w", "alpha", "theta_p", "n"),
@@ -253,7 +253,7 @@ def _stage_words(stage: float) -> str:
     Stages from 0 to 1 are shares of the swing, and from 1 to 2 shares of the twist.
     """
     if stage <= 0.0:
-        return tr("no rotation: along <b>a</b>")
+        return tr("no rotation: bone along <b>a</b>")
     if stage <= 1.0:
         return tr("swing: {percent:.0f}&nbsp;%", percent=100.0 * stage)
     return tr("swing, then twist: {percent:.0f}&nbsp;%", percent=100.0 * (stage - 1.0))

@@ -28,16 +28,17 @@ ROWS = ("order", "minus_q", "euler")  # names of the rows, which a lesson may li
 _UNDEFINED = tr("undefined: w points opposite to a")
 _TIPS = {
     "order": tr(
-        "Twist first or swing first: the twist about a and α are the same, but the axis of the "
-        "swing differs. n′ is n turned back by the twist."
+        "Whether the twist or the swing comes first, the twist about a and the swing angle α are "
+        "the same; only the swing axis differs. n′ is n turned back by the twist."
     ),
     "minus_q": tr(
-        "q and −q are the same rotation. Before wrapping, θp of −q differs by a full turn."
+        "q and −q are the same rotation. Before wrapping, the θp of q and the θp of −q differ by "
+        "a full turn."
     ),
     "euler": tr(
-        "The channels of the file in the file's order, in degrees. Neither of the other "
-        "rotations turns the first axis; both turn the last axis. When the middle angle is "
-        "near ±90°, the first and the last axis coincide."
+        "The file's rotation channels in degrees, in the file's order. The first axis is not "
+        "turned by the other two rotations; the last axis is turned by both of them. When the "
+        "middle angle is near ±90°, the first and the last axis coincide."
     ),
 }
 
@@ -69,7 +70,7 @@ class OtherForms(QWidget):
         self._add(
             grid, 2, "order", "n_after", self._formula(OTHER_FORMS["twist first"], typesetter)
         )
-        self._add(grid, 3, "order", "both", soft(QLabel(tr("the same in both"))))
+        self._add(grid, 3, "order", "both", soft(QLabel(tr("the same in both orders"))))
         self._add(grid, 4, "minus_q", "q", *self._plus_and_minus, self.minus)
         self._add(grid, 5, "minus_q", "theta_p", soft(QLabel(tr("θp → wrapped"))))
         self._add(grid, 6, "euler", "parent", soft(QLabel()))

@@ -19,8 +19,9 @@ _REST = 0.6  # seconds at the end before the animation repeats
 _SPEEDS = {"¼×": 0.25, "½×": 0.5, "1×": 1.0, "2×": 2.0}
 _PLAY, _PAUSE = "▶", "⏸"
 _TIP = tr(
-    "P’s rotation step by step. In the first half, the swing takes a to w. In the second half, the "
-    "twist rolls the bone and carries the children along. The last step is the whole pose."
+    "P’s rotation step by step. In the first half, the swing takes a to w. In the second half, "
+    "the twist rolls the bone and carries the children along. The last step shows the complete "
+    "pose."
 )
 
 

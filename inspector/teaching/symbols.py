@@ -46,7 +46,7 @@ SYMBOLS = {
     "dtheta_p": Symbol(
         r"\Delta\theta_p",
         "twist",
-        tr("the change of θp since the previous frame"),
+        tr("the change in θp since the previous frame"),
         (("delta", "p"),),
     ),
     "v": Symbol(r"\mathbf{v}", "azimuth", tr("the bone C→G in P's coordinates")),
@@ -65,26 +65,29 @@ SYMBOLS = {
     "product": Symbol(
         r"\Delta\theta_p\,\Delta\theta_c",
         "error",
-        tr("the product of both changes; below zero, parent and child twist against each other"),
+        tr(
+            "the product of Δθp and Δθc; if it is negative, parent and child twist against "
+            "each other"
+        ),
         (("delta", ""),),
     ),
     "m": Symbol(
         "m",
         "error",
-        tr("the smaller of the two changes, if their signs are opposite"),
+        tr("the smaller of |Δθp| and |Δθc|, if Δθp and Δθc have opposite signs"),
         (("strength", "m"),),
     ),
     "err": Symbol(
         r"\mathrm{err}(t)",
         "error",
-        tr("the change of the offset at a jump: m with the sign of Δθp"),
+        tr("the change in the offset at a jump: m with the sign of Δθp"),
     ),
     "offset": Symbol(
         r"\mathrm{offset}(t)",
         "error",
         tr(
-            "the paper's sum of err since the first frame, with the τ of this chain; natural "
-            "events stay in the sum, so the sum need not return to zero"
+            "the paper's running sum of err since the first frame, using this chain's τ; natural "
+            "events are included, so the sum need not return to zero"
         ),
         (("offset", ""),),
     ),
@@ -92,9 +95,8 @@ SYMBOLS = {
         r"\delta",
         "twist",
         tr(
-            "the part of the offset that Apply removes; this offset belongs to the "
-            "selected interval in frames that are not altered, and is offset(t) in all "
-            "others"
+            "the part of the offset that Apply removes: part of the selected interval's offset in "
+            "frames that are not altered, and part of offset(t) in all other frames"
         ),
         (("offset", ""),),
     ),

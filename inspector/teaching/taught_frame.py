@@ -249,7 +249,7 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
         return names_shown | {"G": names[chain.grandchild]}
     arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
     at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
-    return names_shown | {"G": tr("its End Site") if at_end else tr("none (an axis of C)")}
+    return names_shown | {"G": tr("C's End Site") if at_end else tr("none (an axis of C)")}
 
 
 def reliable(share: float) -> str:

@@ -66,8 +66,8 @@ _KNOBS = {
         -3,
         3,
         tr(
-            "Tilt both bones sideways by up to 3°. Near a singularity, this changes the "
-            "angles a lot."
+            "Tilt P→C and C→G sideways by up to 3°. Near a singularity, this changes the angles a "
+            "lot."
         ),
     ),
     "applied": _Knob(
@@ -75,9 +75,8 @@ _KNOBS = {
         0,
         100,
         tr(
-            "Remove part of the offset (Eq. 14–15). In frames that are not altered, "
-            "this is the offset of the selected interval; in all other frames, it is the "
-            "paper’s running sum offset(t)."
+            "Remove part of the offset (Eq. 14–15): the selected interval’s offset in frames that "
+            "are not altered, and the paper’s running sum offset(t) in all other frames."
         ),
         " %",
         1,

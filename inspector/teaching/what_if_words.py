@@ -123,13 +123,13 @@ def _applied(numbers: FrameNumbers) -> str:
     }
     if numbers.own:
         return tr(
-            "{share} of the interval’s {whole} is removed: m was {before}, now {now}. "
-            "C counter-rotates by the same angle (15) and keeps its orientation (14).",
+            "{share} of the interval’s offset {whole} is removed: m was {before}, now {now}. C "
+            "counter-rotates by the same angle (Eq. 15) and keeps its orientation (Eq. 14).",
             **fields,
         )
     return tr(
-        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. "
-        "C counter-rotates by the same angle (15) and keeps its orientation (14).",
+        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C counter-rotates "
+        "by the same angle (Eq. 15) and keeps its orientation (Eq. 14).",
         **fields,
     )
 
@@ -144,8 +144,8 @@ def _event(numbers: FrameNumbers, what_if: WhatIf) -> str:
             passed=passed,
         )
     return tr(
-        "Opposite signs and {passed}: an event. err = {err} is added to offset(t). It is an edge "
-        "of an error or a very fast movement.",
+        "Opposite signs and {passed}: an event. err = {err} is added to offset(t). Such an event "
+        "is the edge of an error or a very fast movement.",
         passed=passed,
         err=_signed(c.err),
     )

@@ -349,8 +349,8 @@ class Gestures:
             if not judged.supported:
                 lines.append(
                     tr(
-                        "No longer found at this τ, but kept because you decided on it or edited "
-                        "it."
+                        "The detector no longer finds this interval at the current τ. The "
+                        "interval is kept because you decided on it or edited it."
                     )
                 )
             if judged.note:

@@ -71,9 +71,11 @@ class OverviewStrip(QWidget):
         self.setAccessibleName(tr("Overview of the clip"))
         self.setToolTip(
             tr(
-                "The whole clip with the intervals of all chains; the selected chain is larger.\n"
+                "The whole clip with the intervals of all chains; the selected chain is drawn "
+                "larger.\n"
                 "Click an interval to select it. Click anywhere else to move the playhead.\n"
-                "Drag the frame around the visible range, its edges, or the playhead."
+                "Drag the box that marks the visible range to pan, or its edges to zoom. Drag the "
+                "playhead to move it."
             )
         )
         colours.changed.connect(self._redraw)

@@ -45,11 +45,12 @@ class ConfidencePage(QWidget):
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self.plot = ReliabilityPlot(self._colours)
-        self.plot.setAccessibleName(tr("Share of accepted intervals for each confidence"))
+        self.plot.setAccessibleName(tr("Share of accepted intervals at each confidence level"))
         self.plot.setToolTip(
             tr(
-                "Horizontal: the confidence of intervals. Vertical: the share of them that you "
-                "accepted.\nOn the dashed line, the confidence equals the accepted share."
+                "Horizontal axis: the confidence of the intervals. Vertical axis: the share of "
+                "these intervals that you accepted.\n"
+                "On the dashed line, the confidence equals the accepted share."
             )
         )
         self.legend, self.words = Caption(), Caption(soft=True)
@@ -65,7 +66,10 @@ class ConfidencePage(QWidget):
         self.performer = QLineEdit(placeholderText=tr_as("performer", "unknown"))
         self.performer.setAccessibleName(tr("Performer"))
         self.performer.setToolTip(
-            tr("The performer of this clip. Verdicts are also counted by performer.")
+            tr(
+                "The performer of this clip. Verdicts are also counted separately for each "
+                "performer."
+            )
         )
         self.performer.setMaximumWidth(110)
         self.performer.editingFinished.connect(self._name)
@@ -191,7 +195,7 @@ class ConfidencePage(QWidget):
         self.plot.show_reliability(found.before, found.after)
         before, after = 100 * found.before.error, 100 * found.after.error
         own = tr("■ the detector's confidence is off by {points:.1f} points", points=before)
-        learned = tr("● the learned one by {points:.1f}", points=after)
+        learned = tr("● the learned confidence by {points:.1f}", points=after)
         self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence
@@ -206,7 +210,7 @@ class ConfidencePage(QWidget):
             rejected=confidence.rejected,
         )
         again = tr(
-            "The confidence in use is out of date. Switch the learned confidence off and on again "
-            "to update it."
+            "The confidence in use is out of date. Untick 'Use learned confidence' and tick it "
+            "again to update the confidence."
         )
         self.words.set_plain(f"{message} {again}" if stale else message)

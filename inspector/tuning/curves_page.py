@@ -135,8 +135,8 @@ class CurvesPage(QWidget):
         self.strength_words.set_text(self._strength_text(degrees))
         left = int((~self._counted).sum())
         out = plural(
-            "{n} frame is left out (see Suggestion)",
-            "{n} frames are left out (see Suggestion)",
+            "{n} frame is left out (see the Suggestion page)",
+            "{n} frames are left out (see the Suggestion page)",
             left,
         )
         self.strength_words.setToolTip(out if left else "")

@@ -24,8 +24,8 @@ _HEADS = ("τ", "FSR %", tr("alarms"))
 _TIPS = (
     tr("τ of the chain"),
     tr(
-        "Share of injected error frames that are repaired, with its confidence interval from the "
-        "draws"
+        "Share of injected error frames that are repaired, with its confidence interval over the "
+        "repetitions"
     ),
     tr("False alarms: intervals listed at this τ that you rejected"),
 )

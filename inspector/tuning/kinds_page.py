@@ -197,7 +197,7 @@ class KindsPage(QWidget):
         theme = self._colours.theme
         parts = (
             inked(tr("▬ precision, with its 90 % range"), theme.accepted),
-            inked(tr("◆ recall, if you inserted missed errors"), theme.after),
+            inked(tr("◆ recall, if you inserted the missed errors"), theme.after),
             inked(tr("✓ errors  ✗ false alarms  + missed  ? undecided"), theme.soft),
         )
         self.legend.set_text(" &nbsp; ".join(parts))

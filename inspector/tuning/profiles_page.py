@@ -30,8 +30,8 @@ _BUTTONS = {  # short texts for the buttons
 
 
 _BOTH = tr(
-    "The first row of each chain is its suggested τ. The brackets show the confidence interval "
-    "of the FSR from the draws."
+    "The first row of each chain shows its suggested τ. The brackets show the confidence interval "
+    "of the FSR over the repetitions."
 )
 
 
@@ -71,7 +71,7 @@ class ProfilesPage(QWidget):
         self.note = Caption(soft=True)
         files = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
         files.setText(tr("Profile"))
-        files.setToolTip(tr("Load or save τ, or use it for the folder"))
+        files.setToolTip(tr("Load or save the τ values, or use them for the folder"))
         menu = QMenu(files)
         menu.addActions([actions[name] for name in _OF_FILES])
         files.setMenu(menu)

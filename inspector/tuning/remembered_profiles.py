@@ -143,10 +143,10 @@ class ProfileOffers(QObject):
             else tr("There is a profile for this rig:")
         )
         if c is None:
-            text += " " + tr("τ of {n} chains.", n=n)
+            text += " " + tr("τ for {n} chains.", n=n)
         else:
             text += " " + tr(
-                "τ of {n} chains, and a confidence learned from {verdicts} verdicts.",
+                "τ for {n} chains, and a confidence learned from {verdicts} verdicts.",
                 n=n,
                 verdicts=c.accepted + c.rejected,
             )

@@ -41,18 +41,19 @@ class SuggestionPage(QWidget):
         self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" FSR points"))
         self.points.setToolTip(
             tr(
-                "The cost of one false alarm per clip (per minute in longer clips), in "
-                "percentage points of the FSR, the share of injected error frames that are "
-                "repaired"
+                "The cost of one false alarm per clip (per minute in longer clips), in percentage "
+                "points of the FSR (the share of injected error frames that are repaired)"
             )
         )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
-        self.smallest.setToolTip(tr("Smaller injected errors do not count towards the suggestion"))
+        self.smallest.setToolTip(
+            tr("Injected errors smaller than this angle do not count towards the suggestion")
+        )
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
             tr(
-                "How often errors are injected into each chain. More draws take longer but "
-                "give a narrower confidence interval."
+                "How many times errors are injected into each chain. More repetitions take longer "
+                "but give a narrower confidence interval."
             )
         )
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
@@ -62,7 +63,7 @@ class SuggestionPage(QWidget):
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
             (tr("Cost of a false alarm"), self.points),
             (tr("Smallest error to find"), self.smallest),
-            (tr("Random draws of errors"), self.draws),
+            (tr("Repetitions with random errors"), self.draws),
         )
         for words, box in boxes:
             box.setKeyboardTracking(False)

@@ -94,7 +94,8 @@ class ComparisonModel(RowModel[_Line]):
                 f"{name}: {by}"
                 if column.profile.method
                 else tr(
-                    "The profile {name} does not name a detector, so the costs are for {by}.",
+                    "The profile {name} does not name a detector, so its costs are measured with "
+                    "{by}.",
                     name=name,
                     by=by,
                 )
@@ -154,7 +155,7 @@ class ComparisonModel(RowModel[_Line]):
                 whose = _short(column.name) if what == _HEADS[0] else ""
                 heads.append(f"{whose}\n{what}" if self.others else what)
                 by = of_core(DETECTORS.info(self.method(column)).label)
-                tips.append(tr("{name}: {what}, by {by}", name=column.name, what=tip, by=by))
+                tips.append(tr("{name}: {what}, using {by}", name=column.name, what=tip, by=by))
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:

@@ -24,9 +24,9 @@ from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_sc
 NARROW = 420  # width in pixels below which sentences are shortened
 LOW = 260  # height in pixels above which there is room for a whole sentence
 _NOTHING = tr(
-    "No counter-twist is decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
-    "accepted counter-twists in this clip and in the sessions of its folder, your verdicts "
-    "suggest a τ.",
+    "No counter-twists have been decided yet. Accept (A) or reject (R) intervals in the list. "
+    "After {n} accepted counter-twists in this clip and in the sessions of its folder, your "
+    "verdicts suggest a τ.",
     n=ENOUGH_ERRORS,
 )
 
@@ -45,7 +45,9 @@ class ScopeModel(RowModel[ScopeLine]):
 
     heads = (tr("Scope"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        tr("The group of verdicts. For a chain, verdicts are counted in all clips of this rig."),
+        tr(
+            "The group of verdicts. For a chain, verdicts from all clips with this rig are counted."
+        ),
         tr("Number of intervals accepted as errors"),
         tr("Number of intervals rejected as natural motion"),
         tr("The share of intervals found at the current τ that you accepted"),
@@ -142,8 +144,8 @@ def needed_words(scope: Scope) -> str:
     what = tr(" and ").join(parts)
     several = 2 if len(parts) > 1 else max(errors, own)
     return plural(
-        "{what} is needed to suggest a τ here.",
-        "{what} are needed to suggest a τ here.",
+        "{what} is needed to suggest a τ for this group.",
+        "{what} are needed to suggest a τ for this group.",
         several,
         what=what,
     )
@@ -291,7 +293,7 @@ class VerdictPage(QWidget):
             legend.append(inked(tr("┄ FSR of injected errors"), theme.before))
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
-            legend.append(inked(tr("╌ listed from {tau:.2f}° up", tau=seen), theme.soft))
+            legend.append(inked(tr("╌ listed at or above {tau:.2f}°", tau=seen), theme.soft))
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))

@@ -128,7 +128,7 @@ class VideoReader:
             return self._picture(seconds, width, height)
         except av.FFmpegError as error:
             why = of_core(str(error.strerror))
-            message = tr("{path}: reading the video failed: {why}.", path=self.path, why=why)
+            message = tr("{path}: the video could not be read ({why}).", path=self.path, why=why)
             raise VideoError(message) from None
 
     def _picture(self, seconds: float, width: int, height: int) -> Picture | None:
@@ -204,9 +204,9 @@ class VideoReader:
             message = tr("The video {name} is no longer in {folder}.", name=name, folder=folder)
             raise VideoError(message) from None
         except (av.FFmpegError, OSError) as error:
-            why = of_core(error.strerror) if error.strerror else tr("not a video")
+            why = of_core(error.strerror) if error.strerror else tr("the file is not a video")
             message = tr(
-                "{path}: this file cannot be played as a video: {why}.", path=self.path, why=why
+                "{path}: this file cannot be played as a video ({why}).", path=self.path, why=why
             )
             raise VideoError(message) from None
         start, frame = self._passed.pop()

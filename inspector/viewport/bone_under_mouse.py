@@ -61,7 +61,9 @@ class Pointing(QObject):
             name = data.motion.skeleton.names[joint] if joint is not None else ""
             found = self._next_chain(joint)
             if isinstance(found, Limb):
-                name += "\n" + tr("click: {limb}, the whole limb", limb=of_core(found.label))
+                name += "\n" + tr(
+                    "Click to select the whole limb: {limb}", limb=of_core(found.label)
+                )
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
     def _next_chain(self, joint: int | None) -> Chain | None:

@@ -136,7 +136,9 @@ class Clock(QWidget):
         # During a drag: the direction from the hub to the mouse in degrees, and Hands.sense
         self._grasp: tuple[float, float] | None = None
         self.setCursor(Qt.CursorShape.OpenHandCursor)
-        self.setToolTip(tr("Drag the hand to change the offset δ of the selected interval."))
+        self.setToolTip(
+            tr("Drag the hand of the dial to change the offset δ of the selected interval.")
+        )
         self.offer(False)
         self.hide()
 

@@ -131,7 +131,7 @@ def trails_text(apart: float) -> str:
     `apart` is this distance in figure heights.
     """
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
-    return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
+    return "<br>" + tr("hand and foot paths differ by {share} of the body height", share=same)
 
 
 def _fault_words(interval: Interval) -> str:

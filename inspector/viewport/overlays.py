@@ -317,7 +317,7 @@ class OffsetScale(QWidget):
         bar = self.rect().adjusted(10, high + 6, -10, -high - 6)
         painter.setPen(QColor(theme.text))
         top = QRectF(10, 4, bar.width(), high)
-        painter.drawText(top, Qt.AlignmentFlag.AlignLeft, tr("|offset| at the frame"))
+        painter.drawText(top, Qt.AlignmentFlag.AlignLeft, tr("|offset| in this frame"))
         angles = np.radians(np.linspace(0.0, 180.0, bar.width()))
         for k, colour in enumerate(scale_colour(theme, angles)):
             ink = QColor(*colour.astype(int).tolist())

@@ -116,13 +116,13 @@ def three_js() -> str:
     """
     package = find_spec("trimesh")
     if package is None or package.origin is None:
-        raise _without_library(tr("it is not installed"))
+        raise _without_library(tr("trimesh is not installed"))
     try:
         with ZipFile(Path(package.origin).parent / "resources/templates/viewer.zip") as viewer:
             text = viewer.read("viewer.html.template").decode("utf-8")
         start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
     except (OSError, KeyError, ValueError, BadZipFile):
-        why = tr("the installed version does not contain it")
+        why = tr("the installed version does not contain three.js")
         raise _without_library(why) from None
     return text[start : stop + len(_LIBRARY_ENDS)]
 

@@ -126,7 +126,11 @@ class GuidePage(QWidget):
             place = document.find(words, 0)
         missed = bool(words) and place.isNull()
         other = missed and bool(self.browser.pages_with(words))
-        text = tr("not on this page; press Enter for other pages") if other else tr("no match")
+        text = (
+            tr("not on this page; press Enter to search the other pages")
+            if other
+            else tr("no match")
+        )
         self.found.setText(text if missed else "")
         if not place.isNull():
             self.browser.setTextCursor(place)

@@ -192,6 +192,6 @@ def _changes_text(rig: Rig) -> str:
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),
-        (tr("{n} named", n=len(rig.names)), rig.names),
+        (plural("{n} joint named", "{n} joints named", len(rig.names)), rig.names),
     )
     return ", ".join(text for text, some in parts if some)

@@ -143,7 +143,7 @@ class ExportDialog(WriteDialog):
         data = self._document.data
         interrupted = data is not None and bool(interrupted_exports(data.clip.path))
         whose = (
-            tr("perhaps left by the interrupted export")
+            tr("perhaps left by an interrupted export")
             if interrupted
             else tr("not written by this program, or changed later"),
             tr("written by this program"),
@@ -205,7 +205,7 @@ def _tracking_words(tracking: Tracking) -> str:
         "{joints} with QuaMo after the correction ({way}, {gains} gains)",
         joints=joints,
         way=tr("causally") if tracking.causal else tr("both ways"),
-        gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
+        gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand-set"),
     )
 
 
@@ -213,15 +213,15 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
     """Return the label of the check box that includes undecided intervals in the correction."""
     if sure != repairable:
         return plural(
-            "Also correct {sure} of {n} undecided interval (confident ones)",
-            "Also correct {sure} of {n} undecided intervals (confident ones)",
+            "Also correct {sure} of {n} undecided interval (the confident ones)",
+            "Also correct {sure} of {n} undecided intervals (the confident ones)",
             total,
             sure=sure,
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval (correctable ones)",
-            "Also correct {sure} of {n} undecided intervals (correctable ones)",
+            "Also correct {sure} of {n} undecided interval (the correctable ones)",
+            "Also correct {sure} of {n} undecided intervals (the correctable ones)",
             total,
             sure=sure,
         )

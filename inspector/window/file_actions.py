@@ -213,7 +213,7 @@ class FileActions(Saving):
         if worse is not None and worse.severity > self._offered:
             self._offered = worse.severity
             text = tr(
-                "{name} is worse, with a severity of {severity:.1f}°.",
+                "{name} is worse than the open clip: its severity is {severity:.1f}°.",
                 name=worse.path.name,
                 severity=worse.severity,
             )

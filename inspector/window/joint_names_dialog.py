@@ -132,9 +132,9 @@ class JointNamesDialog(QDialog):
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         about = tr(
-            "The program finds arms and legs by their joints' names, or by the shape of the "
-            "skeleton. If you name a hand or a foot, the program finds the joints above it. The "
-            "names are saved for all clips of this skeleton."
+            "The program recognises arms and legs by the names of their joints or by the shape of "
+            "the skeleton. If you name a hand or a foot, the program finds the joints above it. "
+            "The names are saved for all clips with this skeleton."
         )
         top = soft(QLabel(about, wordWrap=True))
         vbox(top, self.search, (self.table, 1), self.status, self.buttons, owner=self)
@@ -164,7 +164,7 @@ class JointNamesDialog(QDialog):
             item.setToolTip(legible(name))
             self.table.setItem(joint, _JOINT, item)
             choice = _Choice()
-            choice.setAccessibleName(tr("Role of {joint}", joint=legible(name)))
+            choice.setAccessibleName(tr("Body part for {joint}", joint=legible(name)))
             for key, words in _CHOICES.items():
                 choice.addItem(words, key)
             choice.setCurrentIndex(max(0, choice.findData(chosen.get(name, ""))))

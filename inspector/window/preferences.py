@@ -31,7 +31,7 @@ from inspector.window.actions import Menus, key_text, rows
 _AUTOSAVE = Tick(
     "autosave",
     tr("Save sessions automatically"),
-    tr("Save one minute after the last step, and when another clip is opened"),
+    tr("Save one minute after the last change, and when another clip is opened"),
 )
 _FRAME = 60  # pixels for the title bar and a margin at the edges of the screen
 
@@ -62,7 +62,7 @@ class Preferences(QDialog):
         self.language.setCurrentIndex(max(self.language.findData(settings.language), 0))
         form = QFormLayout()
         form.addRow(tr("Reviewer"), self.reviewer)
-        form.addRow(tr("Frames are counted from"), self.first)
+        form.addRow(tr("Count frames from"), self.first)
         form.addRow(tr("Ctrl+← and Ctrl+→ move by"), self.step)
         for box in self.boxes.values():
             form.addRow("", box)
@@ -124,7 +124,7 @@ class Preferences(QDialog):
         twice = [
             f"{key_text(key)}: {', '.join(names)}" for key, names in used.items() if len(names) > 1
         ]
-        text = tr("These keys are used twice: {keys}", keys="; ".join(twice))
+        text = tr("These keys are assigned twice: {keys}", keys="; ".join(twice))
         self.conflict.setText(text if twice else "")
         self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)
 

@@ -107,11 +107,11 @@ class ProgramActions:
         box.setText(
             tr(
                 "<b>Twist Inspector {version}</b><p>Finds intervals in which a joint and its "
-                "child twist against each other, after Choi, Jang and Kim, J. Sens. Sci. Technol. "
-                "35(1), 2026.</p><p>Sample data obtained from mocap.cs.cmu.edu, created with "
-                "funding from NSF EIA-0196217.</p><p>MIT licence. It uses Qt under the LGPL; the "
-                "licences of all parts are listed in the guide, Start → Packages and bundles → "
-                "Licences.</p>",
+                "child twist against each other, based on the method of Choi, Jang and Kim, J. "
+                "Sens. Sci. Technol. 35(1), 2026.</p><p>Sample data obtained from "
+                "mocap.cs.cmu.edu, created with funding from NSF EIA-0196217.</p><p>MIT licence. "
+                "The program uses Qt under the LGPL; the licences of all parts are listed in the "
+                "guide, Start → Packages and bundles → Licences.</p>",
                 version=__version__,
             )
         )

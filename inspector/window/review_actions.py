@@ -298,7 +298,7 @@ class ReviewActions:
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
             reasons = tuple(dict.fromkeys((*REASONS, *own)))
-            palette = ReasonPalette(reasons, tr("Why reject it?"), self.window)
+            palette = ReasonPalette(reasons, tr("Why reject this interval?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)
             palette.show()
@@ -385,8 +385,8 @@ class ReviewActions:
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
             text = tr(
-                "Select a limb flip or a stretch. Only these have a part that can be kept "
-                "or turned."
+                "Select a limb flip or a stretch. Only for these can the joints below keep their "
+                "rotation or turn with the limb."
             )
             self.bar.show_message(text, False)
         else:
@@ -444,7 +444,9 @@ class ReviewActions:
         document.select_interval(None)
         document.select_chain(moment.chain)
         document.go_to(_first_frame(moment))
-        count = plural("({n} such moment)", "({n} such moments)", len(found))
+        count = plural(
+            "({n} suspicious moment in all)", "({n} suspicious moments in all)", len(found)
+        )
         self.bar.show_message(f"{self._describe(moment)} {count}", False)
         self.look()
 
@@ -454,8 +456,8 @@ class ReviewActions:
         label = of_core(self.document.find_chain(moment.chain).label)
         first = moment.start + self.document.first_frame
         return tr(
-            "{chain}: {delta}° for {frames} frames from frame {first}, below τ. Press Insert "
-            "to make it an interval.",
+            "{chain}: {delta}° over {frames} frames from frame {first}, below τ. Press Insert to "
+            "make these frames an interval.",
             chain=label,
             frames=moment.frames,
             first=first,
@@ -509,10 +511,14 @@ def _count_explained(past: Sequence[Reason]) -> str:
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
-    each = tr("at {n}, only one joint turns", n=alone)
-    rest = tr("{n} belong to other errors or to cuts", n=len(past) - alone)
+    each = plural("at {n} peak, only one joint turns", "at {n} peaks, only one joint turns", alone)
+    rest = plural(
+        "{n} belongs to another error or to a cut",
+        "{n} belong to other errors or to cuts",
+        len(past) - alone,
+    )
     if 0 < alone < len(past):
-        reasons = tr("{some} and {others}", some=each, others=rest)
+        reasons = tr("{some}, and {others}", some=each, others=rest)
     else:
         reasons = each if alone else rest
     return plural(

@@ -73,7 +73,8 @@ def _sentence(parts: Parts, worst: Judged) -> str:
     native = QKeySequence.SequenceFormat.NativeText
     accept, reject = (parts.actions_by_id[name].shortcut().toString(native) for name in _VERDICTS)
     return tr(
-        "{part} is twisted by {angle}°. {accept} accepts, {reject} rejects.",
+        "{part} is twisted by {angle}°. Press {accept} to accept the interval or {reject} to "
+        "reject it.",
         part=part_of_body(parts.document.find_chain(worst.interval.chain)),
         angle=plain(abs(np.degrees(worst.interval.shown)), 0),
         accept=accept,

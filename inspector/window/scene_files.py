@@ -38,7 +38,8 @@ class SceneFiles(QObject):
         if clip.exists():
             self._open_clip(clip)
             text = tr(
-                "{clip} is next to {scene} and was opened instead. Rename it to convert the scene.",
+                "{clip} is in the same folder as {scene} and was opened instead. Rename {clip} to "
+                "convert the scene.",
                 clip=clip.name,
                 scene=path.name,
             )

@@ -97,7 +97,7 @@ def test_back_and_forward_and_a_search(qtbot, guide):
 def test_the_search_reaches_the_section_of_a_kind_of_error(guide, words):
     guide.browser.go("teaching.md")
     guide.line.setText(words)
-    assert guide.found.text() == "not on this page; press Enter for other pages"
+    assert guide.found.text() == "not on this page; press Enter to search the other pages"
     guide.line.returnPressed.emit()
     assert not guide.found.text()
     assert guide.browser.source().fileName() == "method.md"

@@ -223,7 +223,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     act(opened, "insert_interval")
     assert document.interval.interval.kind == Kind.COUNTER_TWIST
     act(opened, "turn_end")
-    assert "Only these have a part that can be kept or turned" in opened.bar.label.text()
+    assert "Only for these can the joints below keep their rotation" in opened.bar.label.text()
     assert opened.detail.end.isHidden()
 
 

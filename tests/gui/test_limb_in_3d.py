@@ -266,7 +266,7 @@ def test_clicks_on_a_bone_select_its_chain_then_the_limb(qtbot, document, show_v
             view.pointing.click(at)
             assert document.chain == expected
         view.pointing.hover(at)
-        assert QToolTip.text() == f"{chain}\nclick: Right leg, the whole limb"
+        assert QToolTip.text() == f"{chain}\nClick to select the whole limb: Right leg"
         document.select_chain("LeftArm")
     QToolTip.hideText()
 

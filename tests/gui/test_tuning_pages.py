@@ -109,7 +109,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
     assert cells(window)[6][6] == row[6]
     tip = tuning.profiles.model.head_tips[2]
     assert tip.startswith("now: Share")
-    assert tip.endswith("by the paper's detector")
+    assert tip.endswith("using the paper's detector")
     qtbot.wait(500)
     assert multiprocessing.active_children() == []
 
@@ -117,7 +117,10 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
-    said = "The profile old.toml does not name a detector, so the costs are for our detector."
+    said = (
+        "The profile old.toml does not name a detector, so its costs are measured with our "
+        "detector."
+    )
     assert said in tuning.profiles.note.text()
     assert not tuning.costs.running  # nothing more to measure
     fsr = tuning.costs.curves["LeftForeArm"].at(np.radians(5.0))[0]

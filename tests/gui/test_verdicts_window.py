@@ -246,10 +246,12 @@ def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
 def test_what_a_chain_still_needs_is_said():
     clips = together(folder_of([30.0] * 12, [], 4, "L"), folder_of([], [3.0] * 3, 4, "X"))
     few = Scope("X", tuple(clips), verdict_curve(clips, "X"), chain="X")
-    assert needed_words(few) == "2 more verdicts on this chain are needed to suggest a τ here."
+    words = "2 more verdicts on this chain are needed to suggest a τ for this group."
+    assert needed_words(few) == words
     clips = folder_of([30.0] * 9, [3.0] * 9, 4)
     every = Scope("This rig", tuple(clips), verdict_curve(clips))
-    assert needed_words(every) == "1 more accepted interval is needed to suggest a τ here."
+    words = "1 more accepted interval is needed to suggest a τ for this group."
+    assert needed_words(every) == words
 
 
 @pytest.mark.thorough

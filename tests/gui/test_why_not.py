@@ -110,7 +110,7 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
         "No suspicious moments were found down to half of τ. "
-        f"{len(past)} peaks above τ are explained: at {len(past)}, only one joint turns. "
+        f"{len(past)} peaks above τ are explained: at {len(past)} peaks, only one joint turns. "
         "For details choose Go → Why is nothing found here?"
     )
 

@@ -323,7 +323,7 @@ def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
     act(opened, "preferences")
     dialog = opened.findChild(Preferences)
     dialog.edits["accept"].setKeySequence(QKeySequence("R"))
-    assert "used twice" in dialog.conflict.text()
+    assert "assigned twice" in dialog.conflict.text()
     dialog.edits["accept"].setKeySequence(QKeySequence("X"))
     dialog.first.setCurrentIndex(1)
     dialog.reviewer.setText("Ada")

@@ -33,7 +33,7 @@ def band_words(cost: Cost) -> str:
     low, high = 100.0 * cost.low, 100.0 * cost.high
     return (
         f"The share of repaired error frames (FSR) is between {low:.0f} and {high:.0f} % "
-        "(95 % confidence, from the drawn errors). More draws narrow this range."
+        "(95 % confidence, from the injected errors). More repetitions narrow this range."
     )
 
 

@@ -26,13 +26,13 @@ def _describe(curves: Curves, frame: int) -> Title:
     return [
         (f"{tr('{joint} distance', joint=joint)} ", "soft"),
         (f"{curves.height[frame]:5.1f}", "text"),
-        (tr(" % of the limb"), "soft"),
+        (tr(" % of the limb's length"), "soft"),
     ]
 
 
 plot = Plot(
     key="height",
-    title=tr("Middle joint's distance from the limb's line"),
+    title=tr("Distance of the middle joint from the line between the limb's ends"),
     place=30,
     weight=3,
     priority=50,

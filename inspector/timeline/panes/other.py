@@ -24,7 +24,7 @@ def _build(document: Document, scenery: Scenery, parent: QWidget) -> Pane:
 
 plot = Plot(
     key="other",
-    title=tr("The other detector"),
+    title=tr("Strength of the other detector"),
     place=50,
     weight=4,
     priority=20,

@@ -79,7 +79,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 plot = Plot(
     key="strength",
-    title=tr("Strength with τ"),
+    title=tr("Strength and τ"),
     place=40,
     weight=4,
     priority=10,

@@ -91,7 +91,7 @@ def _height(curves: Curves, name: str, angle: float) -> float:
 
 plot = Plot(
     key="theta",
-    title=tr("Twist θp and azimuth θc; a limb's swivel φ"),
+    title=tr("Twist θp and azimuth θc, or a limb's swivel φ"),
     place=10,
     weight=4,
     priority=30,
