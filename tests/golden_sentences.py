@@ -23,7 +23,7 @@ SENTENCES = {
     "amc: name twice": "skeleton.asf, line 36, column 11: expected another name, because 'lfemur' is already in use",
     "amc: no bone": "skeleton.asf, line 222, column 12: expected the name of a bone in :bonedata, found 'lfood'",
     "amc: no number": "clip.amc, line 17, column 9: expected a finite number (below 1e+100), found 'x62.9732'",
-    "amc: unknown bone": "clip.amc, line 17, column 1: expected a bone of skeleton.asf with degrees of freedom, or the number of a frame, found 'lradios'",
+    "amc: unknown bone": "clip.amc, line 17, column 1: expected a bone of skeleton.asf with degrees of freedom, or a frame number, found 'lradios'",
     "amc: missing bone": "clip.amc, line 25, column 1: expected a line for 'lhumerus' in frame 1",
     "amc: rate": "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; some have 60 (set the rate with --fps on the command line).",
     "file: missing": "FOLDER/none.bvh: expected a BVH file, but the file does not exist",

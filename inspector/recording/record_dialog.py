@@ -39,7 +39,7 @@ _SPEEDS = {
     tr("1/10 speed"): 0.1,
 }
 _AROUND_S = 0.5
-_SWEEP = tr("This frame, with a moving slider")
+_SWEEP = tr("This frame, while a slider moves")
 _NEEDS_CHAIN = tr("Whole limbs have no equations. Select a chain.")
 
 

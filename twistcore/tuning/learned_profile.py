@@ -100,7 +100,7 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
     apart_by = (
         "clips"
         if len(np.unique(verdicts_with_confidence(clips).clip)) > 1
-        else "verdicts of the only clip"
+        else "verdicts on the only clip"
     )
     return LearnedProfile(profile, reasons, apart, before, after, apart_by)
 

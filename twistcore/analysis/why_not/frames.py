@@ -113,7 +113,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not turn suddenly about its bone")
     if own == 0.0:
-        because = f"{driver}, or the joint above {driver} and {helper}, turns there, too"
+        because = f"{driver}, or the joint above {driver} and {helper}, also turns there"
         return place.reason(Why.IMAGE, because)
     return place.reason(Why.NO_PARTNER, f"no later jump of {helper} reverses it")
 

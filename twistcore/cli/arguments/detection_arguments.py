@@ -104,9 +104,8 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
         "--min-confidence",
         type=share,
         metavar="X",
-        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 also "
-        "excludes intervals without a confidence (default: 0.5, but intervals without a "
-        "confidence are corrected)",
+        help="minimum confidence of intervals to correct, 0 to 1 (default: 0.5); intervals "
+        "without a confidence are corrected by default, but not if a number above 0 is given",
     )
     parser.add_argument(
         "--include-open",

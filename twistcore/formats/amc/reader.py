@@ -262,7 +262,7 @@ class _Rows:
         """
         if not own[0].startswith(b":") or self._number is not None:
             known = (
-                f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"
+                f"a bone of {self._asf.path.name} with degrees of freedom, or a frame number"
             )
             wanted = "the number of the first frame" if self._number is None else known
             found = quoted(own[0].decode("utf-8", "replace"))

@@ -284,7 +284,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     counts = [(line, count) for line, count in counts if count]
     if not counts:
         line = first + 1
-        raise BvhError(name, f"expected {columns} numbers per frame, found no row", line=line)
+        raise BvhError(name, f"expected {columns} numbers per frame, found no rows", line=line)
     line, count, expected = _wrong_line(counts, columns)
     raise BvhError(name, f"expected {expected} numbers in this row, found {count}", line=line)
 
