@@ -64,6 +64,7 @@ def hooked(checkout, *args):
     return done.returncode, done.stdout
 
 
+@pytest.mark.thorough
 def test_the_hook_stops_a_commit_with_a_bad_capture(checkout):
     assert HOOK["require_serial"]
     subprocess.run(["git", "init", "-q", checkout.folder], check=True)
@@ -120,6 +121,7 @@ def obeyed(lines):
     return commands
 
 
+@pytest.mark.thorough
 def test_the_action_shows_broken_rules_at_their_files(checkout):
     shutil.copy(CLEAN, checkout.folder / "takes" / "good.bvh")
     shutil.copy(DIRTY, checkout.folder / "takes" / "::error::a,b\n::warning::.bvh")
@@ -143,6 +145,7 @@ def test_the_action_shows_broken_rules_at_their_files(checkout):
     assert {p.name for p in checkout.folder.iterdir()} == {"takes", "twistcore.xml"}
 
 
+@pytest.mark.thorough
 def test_the_action_passes_what_is_fine_and_refuses_what_is_wrong(checkout):
     shutil.copy(CLEAN, checkout.folder / "takes" / "good.bvh")
     code, commands, summary = stepped(checkout, EXAMINE, folder="takes", junit="results.xml")

@@ -21,7 +21,7 @@ from twistcore.batch.run import run_batch
 from twistcore.work.processes import each
 
 DIRTY = ASSETS / "walk_injected.bvh"
-CLIPS = 6
+CLIPS = 4
 
 
 def replaced(path, data):

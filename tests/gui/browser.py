@@ -1,12 +1,14 @@
 """Chromium without a window, driven over a pipe by the DevTools protocol: real mouse and keys."""
 
 import base64
+import contextlib
 import json
 import os
 import select
 import shutil
 import subprocess
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from xml.sax.saxutils import escape
 
@@ -69,6 +71,7 @@ class Browser:
         self.messages: list[str] = []
         self.asked: list[str] = []
         self._events: list[str] = []
+        self._shown = ""
         targets = self.call("Target.getTargets")["targetInfos"]
         page = next(t["targetId"] for t in targets if t["type"] == "page")
         attached = self.call("Target.attachToTarget", targetId=page, flatten=True)
@@ -102,11 +105,21 @@ class Browser:
 
     def load(self, address: str) -> None:
         """Load a page; where scripts are off nobody can tell when it is drawn."""
-        for place in ("about:blank", address):  # one that is open already is loaded again
+        # A page that is open already is loaded again, and an anchor of it as well.
+        again = address.split("#")[0] == self._shown.split("#")[0]
+        for place in ("about:blank", address) if again else (address,):
             self._events.clear()
             self.call("Page.navigate", url=place)
             while "Page.loadEventFired" not in self._events:
                 self._hear()
+        self._shown = address
+
+    @contextlib.contextmanager
+    def without_scripts(self) -> Iterator[None]:
+        """Pages that are loaded meanwhile run none."""
+        self.call("Emulation.setScriptExecutionDisabled", value=True)
+        yield
+        self.call("Emulation.setScriptExecutionDisabled", value=False)
 
     def words(self) -> str:
         """The text of the page's elements that are laid out; no script of ours tells it."""

@@ -21,7 +21,7 @@ from twistcore.review import read_session, recover, session_bytes
 
 REVIEWER = Path(__file__).with_name("scripted_review.py")
 OPENER = Path(__file__).with_name("opened_folder.py")
-COMMANDS = 18
+COMMANDS = 12
 _PARTS = (".part", ".part.mp4")
 _EXPORTED = ("bvh", "replay.json", "report.html", "intervals.csv", "markers.py", "report.json")
 

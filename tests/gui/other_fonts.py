@@ -23,8 +23,8 @@ def other_font(folder, *, higher=1.0, wider=1.0):
         widths = font["hmtx"].metrics
         for letter, (width, left) in widths.items():
             widths[letter] = round(wider * width), left
-        font.save(folder / "other.ttf")
-    number = QFontDatabase.addApplicationFont(str(folder / "other.ttf"))
+        font.save(folder / f"{family}.ttf")
+    number = QFontDatabase.addApplicationFont(str(folder / f"{family}.ttf"))
     assert QFontDatabase.applicationFontFamilies(number) == [family]
     found, usual = QFont(QApplication.font()), QFontMetricsF(QApplication.font())
     found.setFamilies([family])

@@ -41,6 +41,7 @@ def set_font(qapp, tmp_path, monkeypatch):
         how = FONTS[name]
         if not how:
             return
+        qapp.setFont(before)
         new = QFont(name, 9) if isinstance(how, str) else other_font(tmp_path, **how)
         family = how if isinstance(how, str) else new.families()[0]
         monkeypatch.setattr(theme, "FIXED", family)
@@ -126,40 +127,42 @@ def faults(sheet):
                     yield f"{words.text!r} is covered"
 
 
-@parametrize("font", FONTS)
+@parametrize("fonts", [["usual"], list(FONTS)[1:]], ids=["usual", "others"])
 @parametrize("wide", [90.0, 60.0])
-@parametrize("show", [explained, every_plot, flipped], quick=3)
+@parametrize("show", [flipped, explained, every_plot])
 def test_texts_neither_overlap_nor_are_cut_off(
-    qtbot, at_forearm, figure, set_font, show, wide, font
+    qtbot, at_forearm, figure, set_font, show, wide, fonts
 ):
     show(qtbot, at_forearm)
     qtbot.wait(50)
-    set_font(font)
-    stage, sheet = figure(wide, None if wide == 90.0 else Contents(view=False))
-    assert not list(faults(sheet))
-    said = "".join(words.text for _, words, _ in outlines(sheet)).replace(" ", "")
-    for key in stage.timeline.grid.shown:
-        for text, _ in stage.timeline.panes[key].front.title:
-            assert text.replace(" ", "") in said, key
+    for font in fonts:
+        set_font(font)
+        stage, sheet = figure(wide, None if wide == 90.0 else Contents(view=False))
+        assert list(faults(sheet)) == [], font
+        said = "".join(words.text for _, words, _ in outlines(sheet)).replace(" ", "")
+        for key in stage.timeline.grid.shown:
+            for text, _ in stage.timeline.panes[key].front.title:
+                assert text.replace(" ", "") in said, (font, key)
 
 
-@parametrize("font", FONTS)
-def test_symbols_in_3d_and_rows_of_equations_keep_apart(qtbot, at_forearm, figure, set_font, font):
+@parametrize("fonts", [["usual"], list(FONTS)[1:]], ids=["usual", "others"])
+def test_symbols_in_3d_and_rows_of_equations_keep_apart(qtbot, at_forearm, figure, set_font, fonts):
     explained(qtbot, at_forearm)
-    set_font(font)
-    stage, _ = figure()
-    guest = stage.viewport.drawing.guest
-    assert isinstance(guest, GizmoGuest)
-    boxes = [box for _, box, _, _ in guest.labels._placed]
-    assert len(boxes) > 6
-    assert not [pair for pair in combinations(boxes, 2) if pair[0].intersects(pair[1])]
-    assert all(QRectF(stage.viewport.rect()).contains(box) for box in boxes)
-    equations = stage.equations
-    parts = [*equations.buttons.values(), *equations._rights, *equations.values.values()]
-    parts += [*equations.heads, equations.conventions]
-    places = [QRect(part.mapTo(equations, QPoint()), part.size()) for part in parts]
-    assert not [pair for pair in combinations(places, 2) if pair[0].intersects(pair[1])]
-    assert all(equations.rect().contains(place) for place in places)
+    for font in fonts:
+        set_font(font)
+        stage, _ = figure()
+        guest = stage.viewport.drawing.guest
+        assert isinstance(guest, GizmoGuest)
+        boxes = [box for _, box, _, _ in guest.labels._placed]
+        assert len(boxes) > 6
+        assert not [pair for pair in combinations(boxes, 2) if pair[0].intersects(pair[1])], font
+        assert all(QRectF(stage.viewport.rect()).contains(box) for box in boxes), font
+        equations = stage.equations
+        parts = [*equations.buttons.values(), *equations._rights, *equations.values.values()]
+        parts += [*equations.heads, equations.conventions]
+        places = [QRect(part.mapTo(equations, QPoint()), part.size()) for part in parts]
+        assert not [pair for pair in combinations(places, 2) if pair[0].intersects(pair[1])], font
+        assert all(equations.rect().contains(place) for place in places), font
 
 
 def test_a_symbol_at_the_edge_of_the_image_is_whole_or_not_there(qtbot, at_forearm, figure):

@@ -194,6 +194,7 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     assert not dialog.isVisible()  # it would export the new clip under the old one's name
 
 
+@pytest.mark.thorough
 def test_an_export_that_leaves_intervals_undecided_says_how_many(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     document = window.document

@@ -2,6 +2,8 @@
 
 import shutil
 
+import pytest
+
 from inspector.folder.informative_intervals import _judged
 from inspector.folder.queued_clip import QueuedClip
 from inspector.session.session_files import session_path
@@ -40,6 +42,7 @@ def test_the_next_informative_interval_is_opened_in_any_clip(qtbot, show_window,
     qtbot.waitUntil(lambda: informative.verdicts == 4, timeout=60_000)
 
 
+@pytest.mark.thorough
 def test_the_precision_of_the_rest_is_stated_after_enough_verdicts(
     qtbot, show_window, tmp_path, monkeypatch
 ):

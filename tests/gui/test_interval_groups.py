@@ -142,6 +142,7 @@ def test_right_unfolds_and_left_folds_wherever_the_focus_is(qtbot, kick):
     assert decided(kick) == []
 
 
+@pytest.mark.thorough
 def test_the_keyboard_goes_through_an_unfolded_group(qtbot, kick):
     """Also if the focus was in the 3D view: Right moves it into the list."""
 

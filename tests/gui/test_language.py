@@ -118,6 +118,7 @@ def test_no_english_is_left_in_a_catalogue(code):
     assert left == []
 
 
+@pytest.mark.thorough
 def test_every_text_that_is_marked_is_extracted():
     """A text that is computed is none that a translator meets."""
     known = {text for key in code_texts() for text in key[1:]}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 
-import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
@@ -24,6 +23,7 @@ from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip
+from tests.tiers import parametrize
 
 LATE = ("tuning", "teaching", "quality")
 
@@ -96,7 +96,7 @@ def test_a_tab_that_was_in_front_is_built_at_the_next_start(qtbot, show_window):
     assert not window.quality.visibleRegion().isEmpty()
 
 
-@pytest.mark.parametrize("name", LATE)
+@parametrize("name", LATE)
 def test_a_panel_built_late_is_the_same_as_one_that_was_there_from_the_start(
     qtbot, show_window, tmp_path, name
 ):

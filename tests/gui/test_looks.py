@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -25,6 +24,7 @@ from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
+from tests.gui import forked
 from tests.gui.looks import EVERY
 from tests.gui.windows import act, open_clip
 from tests.tiers import parametrize
@@ -70,16 +70,8 @@ def test_every_text_fits_and_no_two_widgets_overlap(
         "PYTHONPATH": str(Path(__file__).parents[2]),
         "QT_SCALE_FACTOR": str(scale),
     }
-    words = [sys.executable, str(CHECK), str(width), str(height), theme, str(clip)]
-    done = subprocess.run(
-        [*words, str(tmp_path / "w.png"), language],
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
+    words = [CHECK, str(width), str(height), theme, clip, tmp_path / "w.png", language]
+    assert forked.run(words, environment) == (0, "")
 
 
 LAPTOP = (948, 500)  # of a window on 1920×1080 at 200 %

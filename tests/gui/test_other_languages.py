@@ -107,6 +107,7 @@ def test_the_page_says_what_the_tab_says():
     assert [text for text in own - script if "interval" not in text] == []
 
 
+@pytest.mark.thorough
 def test_no_sentence_of_the_page_is_outside_the_catalogues():
     known = {(meaning, text) for meaning, text, _ in code_texts()}
     for script in PAGE.iterdir():

@@ -76,7 +76,7 @@ def page(tmp_path_factory) -> Path:
 @pytest.fixture
 def silent(started):
     """A browser in which nothing may be said to the console."""
-    started.size(1280, 800)
+    started.size(1024, 640)
     started.messages.clear()
     started.asked.clear()
     yield started
@@ -271,12 +271,10 @@ def test_without_webgl_bones_are_lines(page, tmp_path):
 
 
 @pytest.mark.thorough
-def test_without_scripts_the_text_is_there(page, tmp_path):
-    browser = Browser(tmp_path / "profile")
-    browser.call("Emulation.setScriptExecutionDisabled", value=True)
-    browser.load(page.as_uri())
-    words = browser.words()
+def test_without_scripts_the_text_is_there(silent, page):
+    with silent.without_scripts():
+        silent.load(page.as_uri())
+        words = silent.words()
     assert "JavaScript is switched off" in words
     assert "The bone as an axis" in words
     assert "Before and after" in words
-    browser.close()

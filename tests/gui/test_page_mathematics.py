@@ -182,6 +182,7 @@ WHAT_IFS = (
 )
 
 
+@pytest.mark.thorough
 def test_rows_and_words_say_what_the_program_says(engine):
     clip = analyse_clip(read_bvh(ASSETS / "walk_injected.bvh"))
     motion, said = clip.motion, set()

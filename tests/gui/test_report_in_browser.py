@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from inspector.bundled import SAMPLE
-from tests.gui.browser import Browser, found_browser
+from tests.gui.browser import found_browser
 from tests.twistcore.made_records import failed, record_of, waiting
 from twistcore.batch.gates import Broken, parse_rule
 from twistcore.detection import Kind
@@ -112,14 +112,14 @@ def test_clips_are_found_by_name_kind_and_state(browser):
     assert "kick.bvh" in chosen("state", "open")
 
 
-def test_without_scripts_it_is_a_table_with_nothing_to_press(report, tmp_path):
-    browser = Browser(tmp_path / "profile", "--blink-settings=scriptEnabled=false")
-    browser.load((report / "index.html").as_uri())
-    words = browser.words()
-    browser.close()
+def test_without_scripts_it_is_a_table_with_nothing_to_press(started, report):
+    started.messages.clear()
+    with started.without_scripts():
+        started.load((report / "index.html").as_uri())
+        words = started.words()
     assert "a/walk & <injected>.bvh" in words
     assert "part of a name" not in words
-    assert browser.messages == []
+    assert started.messages == []
 
 
 @pytest.mark.parametrize("page", ["index.html", "clips/a/walk & <injected>.bvh.html",

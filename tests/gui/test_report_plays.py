@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from inspector.bundled import FLIPPED
 from inspector.recording import report_figure
-from tests.gui.browser import Browser, found_browser
+from tests.gui.browser import found_browser
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli import main
 from twistcore.errors import TwistError
@@ -71,6 +71,7 @@ def hues(picture):
     return float((warm > 0.2).mean()), float((warm < -0.2).mean())
 
 
+@pytest.mark.thorough
 def test_the_wrong_limb_is_seen_at_once_on_any_screen(browser):
     for size, dark in (((1280, 900), False), ((1280, 900), True), ((390, 844), False)):
         browser.size(*size, dark=dark)
@@ -87,6 +88,7 @@ def test_the_wrong_limb_is_seen_at_once_on_any_screen(browser):
     assert words(browser, ".after .tag") == "After"
 
 
+@pytest.mark.thorough
 def test_the_figures_have_the_poses_of_the_clip(browser):
     """The positions that the page computes of a frame are those of the clip."""
     frame = int(re.search(r"\d+", words(browser, "#at"))[0])
@@ -101,6 +103,7 @@ def test_the_figures_have_the_poses_of_the_clip(browser):
     assert np.abs(np.array(json.loads(text)) - positions[0]).max() < 1e-3 * height
 
 
+@pytest.mark.thorough
 def test_a_find_is_chosen_by_click_keys_and_address(browser, page, session):
     state = read_session(session).state
     known = {f"#find-{j.id}": j.interval for j in state.intervals}
@@ -128,6 +131,7 @@ def test_a_find_is_chosen_by_click_keys_and_address(browser, page, session):
     assert browser.tell(f"{current}.hash") == browser.tell("document.querySelector('td a').hash")
 
 
+@pytest.mark.thorough
 def test_it_plays_and_pauses(browser):
     at = words(browser, "#at")
     browser.click("#play")
@@ -145,6 +149,7 @@ def test_it_plays_and_pauses(browser):
     assert (np.abs(scene(browser, "before") - before).max(axis=-1) > 0.05).mean() > 0.02
 
 
+@pytest.mark.thorough
 def test_it_is_small_and_prints_without_the_figure(browser, page):
     assert page.stat().st_size < LARGEST
     shown = "getComputedStyle(document.querySelector({!r})).display"
@@ -155,12 +160,11 @@ def test_it_is_small_and_prints_without_the_figure(browser, page):
     browser.call("Emulation.setEmulatedMedia", media="screen")
 
 
-def test_without_scripts_the_pictures_and_the_table_are_there(page, tmp_path):
-    browser = Browser(tmp_path / "profile")
-    browser.call("Emulation.setScriptExecutionDisabled", value=True)
-    browser.load(page.as_uri())
-    said = browser.words()
-    browser.close()
+@pytest.mark.thorough
+def test_without_scripts_the_pictures_and_the_table_are_there(started, page):
+    with started.without_scripts():
+        started.load(page.as_uri())
+        said = started.words()
     assert "The worst 3" in said
     assert "Every interval in motion" not in said
 

@@ -21,6 +21,7 @@ from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.striped_skin import FIN_PARTS
 from tests.gui.pictures import FRAME, INJECTED, WALK, insert_twist, settle
 from tests.gui.windows import act, open_clip
+from tests.tiers import parametrize
 from twistcore import read_clip
 from twistcore.detection import Interval, Kind
 from twistcore.review import Insert
@@ -54,7 +55,7 @@ def test_without_two_arms_there_is_no_head():
     assert heads_and_chests(legs, motion.skeleton, rotations, positions, 1.0) == ()
 
 
-@pytest.mark.parametrize("degrees", [-120.0, 40.0, 10.0, 4.0])
+@parametrize("degrees", [-120.0, 40.0, 10.0, 4.0])
 def test_a_fan_shows_how_far_the_bone_is_turned(qtbot, document, show_view, degrees):
     insert_twist(document, degrees=degrees)
     view = show_view(document)
@@ -103,7 +104,7 @@ def test_the_hands_point_where_the_fins_do_in_the_picture(qtbot, document, show_
         assert arm @ hands.way[0] > 0.7
 
 
-@pytest.mark.parametrize("degrees", [70.0, -70.0])
+@parametrize("degrees", [70.0, -70.0])
 def test_the_hand_of_the_clock_follows_the_mouse(qtbot, document, show_view, degrees):
     insert_twist(document, degrees=degrees)
     document.select_interval(document.intervals[-1].id)

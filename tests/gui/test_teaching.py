@@ -42,7 +42,7 @@ from twistcore.skeleton.rotation import (
 from twistcore.skeleton.signals import twist_signals
 
 ONE_WINDOW = True
-FRAMES = 20
+FRAMES = 10
 CLIPS, CHAINS = 5, 10
 
 

@@ -164,6 +164,7 @@ def test_what_only_they_have_is_rejected_by_keeping_mine(qtbot, compared):
     assert 9 not in left(compared)
 
 
+@pytest.mark.thorough
 def test_all_that_i_left_undecided_is_one_step_and_keeps_their_name(qtbot, compared, ben):
     document, before = compared.document, compared.document.review.state
     qtbot.mouseClick(button(compared, "take_undecided"), Qt.MouseButton.LeftButton)
@@ -201,6 +202,7 @@ def test_a_third_verdict_survives_a_crash_and_is_exported(qtbot, compared, show_
     ]
 
 
+@pytest.mark.thorough
 def test_another_clip_s_session_is_refused_and_another_clip_ends_the_comparison(
     qtbot, compared, tmp_path
 ):
@@ -249,6 +251,7 @@ def test_it_speaks_german(qtbot, show_window, ada, ben):
         use_language("en")
 
 
+@pytest.mark.thorough
 def test_names_and_notes_of_strangers_are_shown_as_they_are_written(
     qtbot, show_window, ada, clip, tmp_path
 ):

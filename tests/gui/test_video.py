@@ -20,6 +20,7 @@ from inspector.video.video_panel import AFTER, BEFORE, NO_VIDEO
 from inspector.video.video_reader import VideoError, VideoReader
 from tests.conftest import ASSETS
 from tests.gui.windows import act, close_window, open_clip
+from tests.tiers import parametrize
 from tests.videos import number_in, write_video
 
 FPS = 25
@@ -364,7 +365,7 @@ def test_time_stamps_decide_where_the_rate_varies(tmp_path):
     reader.close()
 
 
-@pytest.mark.parametrize("name", ["a.ts", "a.avi", "a.mkv"])
+@parametrize("name", ["a.mkv", "a.avi", "a.ts"])
 def test_damage_in_the_middle_is_a_sentence_or_leaves_the_rest(tmp_path, name):
     codec = "mpeg2video" if name == "a.ts" else "mpeg4"
     whole = write_video(tmp_path / name, 60, 25, codec).read_bytes()

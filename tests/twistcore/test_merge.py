@@ -70,6 +70,7 @@ def test_the_skeleton_of_a_corrected_amc_comes_along(tmp_path, monkeypatch):
     assert corrected(tmp_path / "out") == corrected(tmp_path / "a")
 
 
+@pytest.mark.thorough
 def test_what_is_missing_is_told_and_done_by_the_next_run(tmp_path, capsys):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, DIRTY, 4, frames=150)
