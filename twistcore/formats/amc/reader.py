@@ -261,9 +261,7 @@ class _Rows:
         Raises AmcError for any other line.
         """
         if not own[0].startswith(b":") or self._number is not None:
-            known = (
-                f"a bone of {self._asf.path.name} with degrees of freedom, or a frame number"
-            )
+            known = f"a bone of {self._asf.path.name} with degrees of freedom, or a frame number"
             wanted = "the number of the first frame" if self._number is None else known
             found = quoted(own[0].decode("utf-8", "replace"))
             raise self.fail(f"expected {wanted}, found {found}", line)
