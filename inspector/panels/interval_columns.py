@@ -83,7 +83,7 @@ COLUMNS = (
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
 # These columns are hidden in this order if there is not enough space
-_SPARED = ("time", "frames", "note", "confidence", "kind", "end", "stop")
+_SPARED = ("time", "frames", "note", "stop", "kind", "end", "confidence")
 _PAD = 10  # pixels on either side of a text
 # Pixels: maximum width of a column of names, minimum width of the first column
 _WIDEST, _LEAST = 190, 74
