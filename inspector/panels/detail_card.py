@@ -619,7 +619,8 @@ def _lone_jump(
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
     """Return sentences about a noise burst: the joints, the size, and what the user can do."""
     noise = tr(
-        "Every frame has about {size}° of noise at {joints}. No body moves like that.",
+        "Every frame of the interval has about {size}° of noise at {joints}. No body moves like "
+        "that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
         size=plain(np.degrees(interval.residual), 0),
     )

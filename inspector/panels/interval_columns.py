@@ -84,13 +84,17 @@ PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
 # These columns are hidden in this order if there is not enough space
 _SPARED = ("time", "frames", "note", "stop", "kind", "end", "confidence")
+# In a low table, the name of a group begins in the column 'stop'.
+_SPARED_LOW = ("time", "frames", "note", "confidence", "kind", "end", "stop")
 _PAD = 10  # pixels on either side of a text
 # Pixels: maximum width of a column of names, minimum width of the first column
 _WIDEST, _LEAST = 190, 74
 _NOTE = 60
 
 
-def columns_that_fit(widths: Mapping[str, int], filled: Iterable[str], room: int) -> list[str]:
+def columns_that_fit(
+    widths: Mapping[str, int], filled: Iterable[str], room: int, *, low: bool = False
+) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, from left to right.
 
     Parameters
@@ -99,13 +103,15 @@ def columns_that_fit(widths: Mapping[str, int], filled: Iterable[str], room: int
         The width of each column in pixels, keyed by id.
     filled
         The ids of the columns that contain text in any row.
+    low
+        True for a table of low height, in which the names of groups are next to their chains.
     """
     shown = [c.id for c in COLUMNS if c.id in filled and c.id != "joints"]
 
     def rest() -> int:
         return room - sum(widths[name] for name in shown if name != _ALWAYS)
 
-    for name in _SPARED:
+    for name in _SPARED_LOW if low else _SPARED:
         if rest() < widths[_ALWAYS] and name in shown:
             shown.remove(name)
     if "note" not in shown and rest() >= widths[_ALWAYS] + _NOTE:
@@ -127,6 +133,7 @@ class IntervalColumns(QObject):
         self._samples: dict[str, str] = {}
         self._with_text: frozenset[str] = frozenset()
         self._laid: object = None
+        self._low = False
         header = table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         header.setMinimumSectionSize(28)
@@ -151,6 +158,11 @@ class IntervalColumns(QObject):
         self._samples, self._with_text = dict(samples), frozenset(filled)
         self.fit()
 
+    def set_low(self, low: bool) -> None:
+        """Set whether the table has a low height, and choose the columns again."""
+        self._low = low
+        self.fit()
+
     def fit(self) -> None:
         """Choose the visible columns and their widths again, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
@@ -158,6 +170,7 @@ class IntervalColumns(QObject):
         numbers = table.numbers_width
         laid = (
             room,
+            self._low,
             numbers,
             tuple(self._samples.items()),
             self._with_text,
@@ -175,7 +188,7 @@ class IntervalColumns(QObject):
             if chosen:  # if they do not fit, the table scrolls
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:
-                shown = columns_that_fit(widths, self._with_text, room - numbered)
+                shown = columns_that_fit(widths, self._with_text, room - numbered, low=self._low)
             rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
             if chosen or rest >= names:
                 break

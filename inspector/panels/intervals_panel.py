@@ -130,6 +130,7 @@ class IntervalsPanel(QWidget):
         layout.setSpacing(3 if low else -1)  # -1 stands for the style's default
         self.table.set_room(_ROOM_LOW if low else _ROOM)
         self._low = low
+        self.columns.set_low(low)
         self._span_names()
 
     def search_here(self) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -117,7 +118,11 @@ class ClipOpener(QObject):
             if isValid(self) and self.busy and request == self._request:
                 self.read.emit(look)
 
-        return lambda clip: in_gui_thread(partial(show, first_look(clip)))
+        def seen(clip: Clip) -> None:
+            with suppress(Exception):  # without a picture, the clip is opened all the same
+                in_gui_thread(partial(show, first_look(clip)))
+
+        return seen
 
     def _show_progress(self, share: float) -> None:
         if time.monotonic() - self._since > _WONDER_S:

@@ -23,8 +23,8 @@ class FirstLook:
     ----------
     name
         The name of the clip's file.
-    frames, joints
-        The numbers of frames and of joints.
+    frames
+        The number of frames.
     fps
         The frame rate.
     bones
@@ -34,7 +34,6 @@ class FirstLook:
 
     name: str
     frames: int
-    joints: int
     fps: float
     bones: Array
 
@@ -47,11 +46,11 @@ def first_look(clip: Clip) -> FirstLook:
     _, positions = forward_kinematics(still)
     chains = find_chains(still)
     up = guess_up(positions, chains, motion.skeleton)
-    ahead = heading(positions[0], chains, up) if chains else np.roll(up, 1)
+    ahead = heading(positions[0], chains, up)
     seen_from = np.cos(_ASIDE) * ahead + np.sin(_ASIDE) * np.cross(up, ahead)
     across = np.cross(up, seen_from)
     parents = motion.skeleton.parents
     below = np.flatnonzero(parents >= 0)
     ends = np.stack([positions[0, parents[below]], positions[0, below]], axis=1)
     bones = ends @ np.stack([across, up], axis=1)
-    return FirstLook(clip.name, motion.frames, len(motion.skeleton), motion.fps, bones)
+    return FirstLook(clip.name, motion.frames, motion.fps, bones)

@@ -72,7 +72,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                group="scope", checked=True,
                do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
     ActionSpec("tau_for_segment", tr("τ for both sides"), (),
-               tr("Set τ for the selected chain and its counterpart on the other side"),
+               tr("Set τ for all chains of the same body segment, left and right"),
                group="scope",
                do=lambda p: p.tuning.set_scope(Scope.SEGMENT)),
     ActionSpec("tau_for_all", tr("τ for all chains"), (), tr("Set τ for all chains"),

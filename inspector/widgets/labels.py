@@ -206,9 +206,14 @@ class Headline(QLabel):
 
     def set_forms(self, text: str, *shorter: str) -> None:
         """Show the given text, with shorter forms of it for a narrow line."""
-        self._shorter = shorter
         self.setText(text)
+        self._shorter = shorter
         self.update()
+
+    def setText(self, text: str) -> None:
+        """Show a text that has no shorter form."""
+        self._shorter = ()
+        super().setText(text)
 
     @property
     def least_width(self) -> int:

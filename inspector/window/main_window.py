@@ -150,6 +150,7 @@ class MainWindow(Parts):
         document.opened.connect(self.signs.show)
         document.opened.connect(self._enable_actions)
         document.opener.read.connect(self.start_page.picture.show_look)
+        document.opener.began.connect(self.start_page.picture.end)
         document.opener.over.connect(self.start_page.picture.end)
         document.intervals_changed.connect(self.signs.show)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))

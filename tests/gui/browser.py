@@ -106,7 +106,7 @@ class Browser:
     def load(self, address: str) -> None:
         """Load a page; where scripts are off nobody can tell when it is drawn."""
         # A page that is open already is loaded again, and an anchor of it as well.
-        again = address.split("#")[0] == self._shown.split("#")[0]
+        again = "#" in address or address == self._shown
         for place in ("about:blank", address) if again else (address,):
             self._events.clear()
             self.call("Page.navigate", url=place)
@@ -118,8 +118,10 @@ class Browser:
     def without_scripts(self) -> Iterator[None]:
         """Pages that are loaded meanwhile run none."""
         self.call("Emulation.setScriptExecutionDisabled", value=True)
-        yield
-        self.call("Emulation.setScriptExecutionDisabled", value=False)
+        try:
+            yield
+        finally:
+            self.call("Emulation.setScriptExecutionDisabled", value=False)
 
     def words(self) -> str:
         """The text of the page's elements that are laid out; no script of ours tells it."""

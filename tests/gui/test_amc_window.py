@@ -38,7 +38,7 @@ def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     assert uncorrected_warning(document) == ""
     window.files.export(ExportChoice(out))
     assert window.exporter.finish()
-    assert "out.amc was written: 8 frames" in window.bar.label.text()
+    assert "in 8 frames" in window.bar.label.text()
     assert main(["refine", str(path), "-o", str(again)]) == 0
     assert out.read_bytes() == again.read_bytes()
     document.review.mark_saved()

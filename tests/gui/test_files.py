@@ -78,7 +78,7 @@ def endless(monkeypatch):
     """Opening takes until it is cancelled; the names of clips whose opening has ended."""
     ended = []
 
-    def analyse(path, _profile, tell):
+    def analyse(path, _profile, tell, _seen):
         try:
             for percent in cycle(range(100)):
                 tell(percent / 100.0)

@@ -45,16 +45,43 @@ def test_the_figure_is_there_until_the_clip_is_open(qtbot, window, looks, tmp_pa
 def test_neither_cancelling_nor_failing_leaves_the_figure(qtbot, window, looks, tmp_path):
     picture, opener = window.start_page.picture, window.document.opener
     shutil.copy(ASSETS / "walk.bvh", tmp_path)
-    with qtbot.waitSignal(opener.read, timeout=60_000):
+    shown = []
+
+    def cancel(_look):
+        shown.append(picture.look)
+        act(window, "cancel_opening")
+
+    opener.read.connect(cancel)
+    with qtbot.waitSignal(opener.over, timeout=60_000):
         window.open_path(tmp_path / "walk.bvh")
-    assert picture.look is not None
-    act(window, "cancel_opening")
+    opener.read.disconnect(cancel)
+    assert shown == looks
     assert picture.look is None
     assert picture.isHidden()
     (tmp_path / "bad.bvh").write_text("HIERARCHY\nROOT")
     with qtbot.waitSignal(opener.over, timeout=60_000):
         window.open_path(tmp_path / "bad.bvh")
     assert picture.look is None
+
+
+def test_another_clip_takes_the_figure_away(qtbot, window, looks, tmp_path):
+    picture, opener = window.start_page.picture, window.document.opener
+    first, second = (
+        shutil.copy(ASSETS / "walk.bvh", tmp_path / name) for name in ("a.bvh", "b.bvh")
+    )
+    shown = []
+
+    def open_second(_look):
+        opener.read.disconnect(open_second)
+        window.open_path(second)
+        shown.append(picture.look)
+
+    opener.read.connect(open_second)
+    with qtbot.waitSignal(window.document.opened, timeout=60_000):
+        window.open_path(first)
+    assert shown == [None]
+    assert [look.name for look in looks] == ["a.bvh", "b.bvh"]
+    close(window)
 
 
 def test_the_figure_stands_upright_and_has_every_bone():

@@ -177,7 +177,7 @@ def test_an_entry_that_is_damaged_costs_none_before_it_and_is_kept(clip, start_h
     journal.write_bytes(b"".join(lines))
     damaged = journal.read_bytes()
     program = start_here(clip)
-    assert "2 entries" in program.answer["says"]
+    assert ": 2. " in program.answer["says"]
     assert "1 step" in program.answer["says"]
     program.tell("press Restore")
     assert program.accepted == 1

@@ -97,7 +97,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     if first:
         remark(f"  frames before {first} are not captured motion and were left unchanged")
     if not arguments.causal and (cut := cuts_as_text(motion, first)):
-        remark(f"  {cut}: the spline does not smooth across cuts")
+        remark(f"  {cut}: motion is not smoothed across cuts")
     _tell_quality(motion, made, first, unit)
     return 0
 
