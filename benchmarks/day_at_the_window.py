@@ -301,7 +301,7 @@ def change(person: Person, folder: Path) -> None:
     path = folder / clip
     path.write_bytes(path.read_bytes() + b"\n")
     person.press("ctrl+s", counts=False)  # checks the file
-    person.answer("Open it again")
+    person.answer("Open the new version")
     person.answer("Carry over decisions")
     end = time.monotonic() + 10.0
     while (now := person.program.decisions()) != before and time.monotonic() < end:

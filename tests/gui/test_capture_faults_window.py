@@ -72,7 +72,7 @@ def test_a_burst_is_filtered_seen_and_led_to_its_page_of_tracking(qtbot, opened)
     assert quality.tabs.currentWidget() is quality.page
     qtbot.waitUntil(lambda: "LeftForeArm" in quality.page.joints.text(), timeout=10_000)
     assert judged.interval.start <= opened.document.frame < judged.interval.stop
-    assert opened.actions_by_id["track_joints"].isEnabled()
+    qtbot.waitUntil(opened.actions_by_id["track_joints"].isEnabled, timeout=10_000)
     opened.docks["intervals"].raise_()
     press(qtbot, opened, Qt.Key.Key_A)
     assert opened.document.review.state.find(judged.id).decision == Decision.ACCEPTED

@@ -98,7 +98,7 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
         p.until(f"{TEXTS}['b_worse'][1] == '✓'")
         assert sorted(p.ask(TEXTS)) == ["a_bad", "b_worse", "c_clean", "d_ball"]
         told = p.ask("window.clips.status.text()")
-        assert told.startswith("1 of 2 clips, ")
+        assert told.startswith("1 of 2 clips")
         assert told.endswith(" intervals decided; 1 clean; 1 not checked")
         # Leaving a clip half way saves it; nothing modal.
         p.press("n", "a", "ctrl+shift+n")
