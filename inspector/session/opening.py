@@ -294,7 +294,7 @@ def analyse_session(
 
 
 def _with_session(
-    path: Path, sha256: str, session: Session, clip: Path, tell: Tell, seen: Seen
+    path: Path, sha256: str, session: Session, clip: Path, tell: Tell, seen: Seen = _ignore
 ) -> Analysed:
     method = session.state.method
     found = _read(clip, Profile({}, method), tell, session, seen)
