@@ -123,7 +123,9 @@ def _shown(session: Path, sha256: str, kept: Session) -> None:
             opening.analyse_session(session)
 
 
-def _opened(path: Path, profile: Any, tell: Any, session: Session | None = None) -> Any:
+def _opened(
+    path: Path, profile: Any, tell: Any, session: Session | None = None, seen: Any = None
+) -> Any:
     rig, _ = opening._rig_of(session, clip().motion)
     known = analysis() if rig == analysis().rig else analysis().with_rig(rig)
     return opening.Analysed(clip(), known, Review.of(known.detect()))
