@@ -147,7 +147,7 @@ def test_what_is_named_without_loading_it_is_what_there_is():
     assert [d.info.name for d in DETECTORS.values()] == list(DETECTORS)
     assert kinds(",".join(KINDS)) == ALL_KINDS
     assert tuple(sorted(scene_script.PROGRAMS)) == PROGRAMS
-    assert f"default: {SURE_ENOUGH:g}," in COMMANDS["refine"].format_help()
+    assert f"default: {SURE_ENOUGH:g}" in COMMANDS["refine"].format_help()
     told = " ".join(COMMANDS["inject"].format_help().split())
     assert all(f"{name}: {p.text[:9].strip()}" in told for name, p in PROTOCOLS.items())
 
