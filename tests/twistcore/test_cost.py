@@ -196,7 +196,7 @@ def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
 
 def test_the_budget_goes_by_the_size_of_a_clip() -> None:
     assert budget_of(1000, 30) == 2.0 * budget_of(500, 30) == 3.0 * budget_of(1000, 10) > 0.0
-    assert budget_of(1, 30) == budget_of(60, 30) > 0.0  # every clip costs something
+    assert budget_of(1, 30) == budget_of(40, 30) > 0.0  # every clip costs something
 
 
 def test_all_limbs_share_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,7 +31,7 @@ ROUNDS = 2  # rounds of the search
 # The work allowed per frame and joint for the searches in a clip, and the minimum number of frames
 # for which it is computed. The unit is a departure to which courses are fitted. With a budget, the
 # time depends on the size of a clip, not on how jittery it is.
-BUDGET, LEAST_FRAMES = 15.0, 100
+BUDGET, LEAST_FRAMES = 15.0, 50
 NAMED = 5  # maximum number of frame ranges in a sentence
 KNOWN_FIRST = 10.0  # nats by which soft errors must explain the motion better than known errors
 # An unnatural departure at most this number of frames from a known interval makes it doubtful.
