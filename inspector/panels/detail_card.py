@@ -195,9 +195,9 @@ class DetailCard(QWidget):
         margins += layout.contentsMargins()
         room = self.width() - margins.left() - margins.right() - self._head.spacing()
         fits = self.title.least_width + self.end.sizeHint().width() <= room
-        beside = self._low or self.end.isHidden() or fits
+        in_one_row = self._low or self.end.isHidden() or fits
         directions = QBoxLayout.Direction.TopToBottom, QBoxLayout.Direction.LeftToRight
-        self._head.setDirection(directions[beside])
+        self._head.setDirection(directions[in_one_row])
 
     def show_selected(self, ids: Sequence[int]) -> None:
         """Show how many intervals a decision applies to, if there are several.

@@ -81,6 +81,8 @@ class SectionHead(QAbstractButton):
         room = self.rect().adjusted(round(left), 0, 0, 0)
         end = Qt.TextElideMode.ElideRight
         forms, letters = (self.text(), self._short or self.text()), self.fontMetrics()
-        text = letters.elidedText(form_that_fits(forms, letters, room.width()), end, room.width())
+        text = letters.elidedText(
+            form_that_fits(forms, letters.horizontalAdvance, room.width()), end, room.width()
+        )
         painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, text)
         painter.end()

@@ -21,6 +21,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
+from inspector.widgets.text_forms import form_that_fits
 from twistcore.files.encoding import legible
 
 _TAG = re.compile("[<&]")
@@ -246,8 +247,7 @@ class Headline(QLabel):
     @property
     def _form(self) -> str:
         """The first shorter form that fits or, if none fits, the shortest form."""
-        fitting = (form for form in self._shorter if self._width(form) <= self.width())
-        return next(fitting, self._shorter[-1] if self._shorter else self.text())
+        return form_that_fits(self._shorter or (self.text(),), self._width, self.width())
 
     def _width(self, text: str) -> int:
         return sum(QFontMetrics(f).horizontalAdvance(words) for words, f in self._parts(text))

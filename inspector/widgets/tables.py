@@ -303,7 +303,8 @@ class RowTable(QTableView):
         if forms:
             self.setSpan(row, 0, 1, self.model().columnCount())
             width = self.viewport().width() - self.indent_below
-            text, metrics = form_that_fits(forms, self.fontMetrics(), width), self.fontMetrics()
+            metrics = self.fontMetrics()
+            text = form_that_fits(forms, metrics.horizontalAdvance, width)
             room = QRect(0, 0, width, _HIGHEST)
             lines = metrics.boundingRect(room, Qt.TextFlag.TextWordWrap, text).height()
             height = usual + min(lines, _HIGHEST)
@@ -458,7 +459,7 @@ class TwoLineDelegate(RowDelegate):
         indent = table.fontMetrics().horizontalAdvance(_INDENT_BELOW)
         width = min(whole.width(), table.viewport().width()) - indent
         letters = option.fontMetrics
-        text = form_that_fits(row.below, letters, width - 2 * table.text_margin)
+        text = form_that_fits(row.below, letters.horizontalAdvance, width - 2 * table.text_margin)
         gap = (high - letters.height()) // 2
         below = QRect(whole.left() + indent, whole.top() + high - gap, width, whole.height() - high)
         self._draw(painter, option, index, text, below)

@@ -44,7 +44,7 @@ def _cut_in_two_lines(table: RowTable, row: int, described, shown: list[int]) ->
         if column not in described.left and letters.horizontalAdvance(text) > room:
             yield text
     width = table.viewport().width() - table.indent_below
-    text = form_that_fits(described.below, letters, width)
+    text = form_that_fits(described.below, letters.horizontalAdvance, width)
     needed = letters.boundingRect(QRect(0, 0, width, _HIGH), Qt.TextFlag.TextWordWrap, text)
     second_line = table.rowHeight(row) - table.verticalHeader().defaultSectionSize()
     if needed.height() > second_line or needed.width() > width:

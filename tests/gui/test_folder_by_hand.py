@@ -89,17 +89,17 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
         p.until(f"{NAME} == 'a_bad.bvh'")
         p.settle()
         assert p.ask(NO_BOX)
-        told = p.ask("window.bar.label.text()")
-        assert "b_worse_refined.bvh" in told
-        assert "a_bad.bvh" in told
+        status = p.ask("window.bar.label.text()")
+        assert "b_worse_refined.bvh" in status
+        assert "a_bad.bvh" in status
         assert (takes / "b_worse_refined.report.html").exists()
         session = json.loads((takes / "b_worse.twist.json").read_text())
         assert {i["decision"] for i in session["intervals"]} == {"accepted"}
         p.until(f"{TEXTS}['b_worse'][1] == '✓'")
         assert sorted(p.ask(TEXTS)) == ["a_bad", "b_worse", "c_clean", "d_ball"]
-        told = p.ask("window.clips.status.text()")
-        assert told.startswith("1 of 2 clips")
-        assert told.endswith(" intervals decided; 1 clean; 1 not checked")
+        status = p.ask("window.clips.status.text()")
+        assert status.startswith("1 of 2 clips")
+        assert status.endswith(" intervals decided; 1 clean; 1 not checked")
         # Leaving a clip half way saves it; nothing modal.
         p.press("n", "a", "ctrl+shift+n")
         p.until(f"{NAME} == 'b_worse.bvh'")

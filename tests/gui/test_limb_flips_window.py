@@ -264,12 +264,12 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     act(opened, "save_session")
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
-    told = opened.bar.label.text()
+    message = opened.bar.label.text()
     assert (
         "joints moved (as a share of the figure's height): "
-        "RightLeg by up to 20.5 % and RightToeBase by" in told
+        "RightLeg by up to 20.5 % and RightToeBase by" in message
     )
-    assert "No other joint moved. All other bytes" in told
+    assert "No other joint moved. All other bytes" in message
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()

@@ -114,7 +114,7 @@ def test_the_name_of_a_group_is_as_long_as_there_is_room(panel, width):
     table.clearSpans()
     table.set_line_below(row, forms)
     room, letters = table.viewport().width() - table.indent_below, table.fontMetrics()
-    shown = form_that_fits(forms, letters, room)
+    shown = form_that_fits(forms, letters.horizontalAdvance, room)
     assert shown == forms[0 if letters.horizontalAdvance(forms[0]) <= room else 1]
     assert (shown == forms[0]) == (width >= 500)
     assert forms[1].startswith("5 times: right knee flips")
@@ -204,7 +204,7 @@ def test_the_ends_of_a_limb_go_below_a_title_that_needs_the_room(qtbot, kick):
     qtbot.waitUntil(lambda: card.end.y() <= card.title.y() < card.end.geometry().bottom())
     assert card.title.width() >= card.title.least_width
     assert "limb flip" in card.title.shown
-    card.end.name.setText("The joint after the next one, whatever it may be called:")
+    card.end.name.setText("The joint after the next one, in a rig with long names:")
     card._arrange_head()
     qtbot.waitUntil(lambda: card.end.y() > card.title.geometry().bottom())
     assert card.title.width() >= card.title.least_width

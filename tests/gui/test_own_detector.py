@@ -251,10 +251,10 @@ def test_a_review_by_a_detector_that_raises_on_the_clip_is_gone_on_with(
     monkeypatch.setattr(DETECTORS, "_given", {})
     DETECTORS.register(detector())
     document, messages = Document(), []
-    document.message.connect(lambda *told: messages.append(told[0]))
+    document.message.connect(lambda *message: messages.append(message[0]))
     document.show_clip(analyse_session(session))
-    (told,) = [text for text in messages if "fails on this clip" in text]
-    assert "the detector 'gone' failed on LeftShoulder (ValueError: of its own)" in told
+    (message,) = [text for text in messages if "fails on this clip" in text]
+    assert "the detector 'gone' failed on LeftShoulder (ValueError: of its own)" in message
     before = document.review.state
     assert (before.method, document.method) == ("gone", "consistency")
     assert sum(j.decision == "accepted" for j in before.intervals) > 0

@@ -334,19 +334,19 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
             folder.chmod(0o755)
             return lines
 
-        told, verdicts, saved = review()
-        assert "is read-only" in told
+        message, verdicts, saved = review()
+        assert "is read-only" in message
         assert (verdicts, saved) == ("0", "True")
-        told, verdicts, saved = review()
-        assert told.startswith("Continuing your review from walk-")
+        message, verdicts, saved = review()
+        assert message.startswith("Continuing your review from walk-")
         assert (verdicts, saved) == ("1", "True")
         assert [p.name for p in folder.iterdir()] == [clip.name]
         assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]
 
         shutil.rmtree(state)
         (folder / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
-        told, verdicts, saved = review()
-        assert "could not be renamed" in told
+        message, verdicts, saved = review()
+        assert "could not be renamed" in message
         assert (verdicts, saved) == ("0", "True")
 
 

@@ -52,9 +52,12 @@ def test_a_find_that_makes_something_worse_is_open_and_says_why(walk):
 
 def test_what_was_said_before_is_still_said_and_nothing_twice(walk):
     knee = find("LeftUpLeg", 12.0, 235, 239, explain=lambda: {"gain": 3.0, "doubts": ["so what"]})
-    told = walk.protected(knee).evidence
-    assert told["gain"] == 3.0
-    assert told["doubts"] == ["the knee would bend 12° further out of its hinge plane", "so what"]
+    evidence = walk.protected(knee).evidence
+    assert evidence["gain"] == 3.0
+    assert evidence["doubts"] == [
+        "the knee would bend 12° further out of its hinge plane",
+        "so what",
+    ]
     again = replace(
         knee, explain=lambda: {"doubts": ["the knee would bend 12° further out of its hinge plane"]}
     )

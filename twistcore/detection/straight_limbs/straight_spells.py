@@ -158,8 +158,8 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     bent = angle > BENT
     if bent.sum() < max(2, ANCHOR_SECONDS * fps):
         return Bend(angle, None)
-    beside = cross_products(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
-    first = beside - (axis @ beside)[:, None] * axis
+    sideways = cross_products(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
+    first = sideways - (axis @ sideways)[:, None] * axis
     x, y = (np.einsum("fi,fi->f", across, e) for e in (first, cross_products(axis, first)))
     azimuth = np.arctan2(y, x)
     mean = np.angle(np.exp(1j * azimuth[bent]).sum())
