@@ -237,9 +237,10 @@ def converting(tmp_path):
 def clicked(operator, stand_in):
     """Click a button and let the timer tick; the result, and how many steps it took."""
     tick, mouse = SimpleNamespace(type="TIMER"), SimpleNamespace(type="MOUSEMOVE")
-    assert operator.invoke(stand_in.context, mouse) == {"RUNNING_MODAL"}
-    assert stand_in.timers
-    steps, result = 1, {"PASS_THROUGH"}
+    result, steps = operator.invoke(stand_in.context, mouse), 1
+    if result == {"RUNNING_MODAL"}:  # on a busy machine, the program may have ended already
+        assert stand_in.timers
+        result = {"PASS_THROUGH"}
     while result == {"PASS_THROUGH"}:
         time.sleep(0.02)
         assert operator.modal(stand_in.context, mouse) == {"PASS_THROUGH"}
