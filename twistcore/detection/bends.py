@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.chain import bone_direction
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, multiply, rotate
+from twistcore.skeleton.rotation import Array, multiply, rotate, vector_lengths
 
 _BLOCK = 2048  # frames
 _SHORTEST = 1e-6  # share of the skeleton's height; a shorter bone has no direction
@@ -76,7 +76,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
     """
     children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
     if children:
-        lengths = [np.linalg.norm(motion.translation(c), axis=-1).mean() for c in children]
+        lengths = [vector_lengths(motion.translation(c)).mean() for c in children]
         return above[children[int(np.argmax(lengths))]]
     end = motion.skeleton.end_offsets.get(joint, np.zeros(3))
     length = float(np.linalg.norm(end))

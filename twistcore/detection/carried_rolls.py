@@ -172,11 +172,13 @@ def _has_edge(signals: ChainSignals) -> bool:
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
-        at = at[signals.bend[np.maximum(at - 1, 0)] >= LEAST_BEND]
-        if len(at) and _turned(signals, at, width).any():
+        if len(at):
             usual = (1.48 * np.nanmean(np.sqrt(x))) ** 2
-            if (_turned(signals, at, width) & (x[at] > _OUTSTANDING * usual)).any():
-                return True
+            at = at[x[at] > _OUTSTANDING * usual]
+        if len(at):
+            at = at[signals.bend[np.maximum(at - 1, 0)] >= LEAST_BEND]
+        if len(at) and _turned(signals, at, width).any():
+            return True
     return False
 
 

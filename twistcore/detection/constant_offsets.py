@@ -22,7 +22,7 @@ from twistcore.errors import ClipMismatchError
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rotation import Array, twist_angle, wrap
+from twistcore.skeleton.rotation import Array, twist_angle, vector_lengths, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)  # a smaller offset is ignored
@@ -140,7 +140,7 @@ def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], nam
     for chain in chains:
         bones = own.offsets[chain.child], other.offsets[chain.child]
         parents = own.parents[chain.child], other.parents[chain.child]
-        turned = float(bones[0] @ bones[1]) < _ALIKE * float(np.prod(np.linalg.norm(bones, axis=1)))
+        turned = float(bones[0] @ bones[1]) < _ALIKE * float(np.prod(vector_lengths(bones)))
         if turned or parents[0] != parents[1]:
             joint = own.names[chain.child]
             raise ClipMismatchError(f"{wanted}, found a different parent bone of {joint!r}")

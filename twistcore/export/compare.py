@@ -8,7 +8,7 @@ import numpy as np
 
 from twistcore.errors import ClipMismatchError
 from twistcore.skeleton.motion import Motion, forward_kinematics
-from twistcore.skeleton.rotation import geodesic_angle
+from twistcore.skeleton.rotation import geodesic_angle, vector_lengths
 from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)  # smaller angles count as equal
@@ -111,7 +111,7 @@ def compare(a: Motion, b: Motion) -> Difference:
         for start, stop in edges.reshape(-1, 2):
             largest = float(np.degrees(angle[start:stop, joint].max()))
             found.append(JointDifference(a.skeleton.names[joint], int(start), int(stop), largest))
-    way = np.linalg.norm(forward_kinematics(a)[1] - forward_kinematics(b)[1], axis=-1)
+    way = vector_lengths(forward_kinematics(a)[1] - forward_kinematics(b)[1])
     channels = int((np.abs(a.positions - b.positions) > 0).any(axis=(0, 2)).sum())
     height, largest = a.skeleton.height, way.max(axis=0)
     far = largest > _MOVED * height
@@ -169,7 +169,7 @@ def largest_deviation(a: Motion, b: Motion) -> Deviation:
     (turned, placed), (others, places) = forward_kinematics(a), forward_kinematics(b)
     angle = geodesic_angle(turned[:, own], others)
     frame, joint = np.unravel_index(int(angle.argmax()), angle.shape)
-    way = float(np.linalg.norm(placed[:, own] - places, axis=-1).max())
+    way = float(vector_lengths(placed[:, own] - places).max())
     degrees = float(np.degrees(angle.max()))
     return Deviation(degrees, names[joint], int(frame), way, way / b.skeleton.height)
 

@@ -30,7 +30,7 @@ from twistcore.quamo.tracker import Step
 from twistcore.quamo.weights import weights_file
 from twistcore.review.model import Tracking
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
@@ -202,5 +202,5 @@ def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array,
             every = np.broadcast_to(gain, step.state.omega.shape)
             gains[row, :, column] = every[shown].mean(axis=-1)
         for column, vector in enumerate(vars(step.parts).values()):
-            parts[row, :, column] = np.linalg.norm(vector[shown], axis=-1)
+            parts[row, :, column] = vector_lengths(vector[shown])
     return gains, parts, seen

@@ -25,7 +25,7 @@ from twistcore.skeleton.body import (
     shortest_offset,
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
-from twistcore.skeleton.rotation import Array, normalise
+from twistcore.skeleton.rotation import Array, normalise, vector_lengths
 from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
@@ -333,7 +333,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
             f"{skeleton.names[joint]}: the position channels are close to zero; the OFFSET is used."
         )
         return normalise(offset)
-    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest_offset(skeleton)
+    lengths, smallest = vector_lengths(offset), shortest_offset(skeleton)
     if lengths.min() <= smallest:
         return None
     directions = normalise(offset)

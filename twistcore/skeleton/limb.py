@@ -14,7 +14,7 @@ import numpy as np
 from twistcore.skeleton.body import lower_pair
 from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
-from twistcore.skeleton.rotation import Array, rotate
+from twistcore.skeleton.rotation import Array, rotate, vector_lengths
 from twistcore.work.frozen import dataclass
 
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
@@ -210,7 +210,7 @@ def bone_lengths(motion: Motion, chain: Chain) -> tuple[float, float]:
 
 
 def _length(motion: Motion, joints: Sequence[int]) -> float:
-    return sum(float(np.linalg.norm(motion.translation(j), axis=-1).mean()) for j in joints)
+    return sum(float(vector_lengths(motion.translation(j)).mean()) for j in joints)
 
 
 def _has_two_bones(motion: Motion, chain: Chain) -> bool:

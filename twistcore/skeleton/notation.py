@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notes import Note
-from twistcore.skeleton.rotation import Array, conjugate, multiply, wrap
+from twistcore.skeleton.rotation import Array, conjugate, multiply, vector_lengths, wrap
 from twistcore.work.frozen import dataclass
 
 Frames = NDArray[np.intp]
@@ -269,7 +269,7 @@ def linear_keys(motion: Motion) -> Keys | None:
         return None
     turns = multiply(conjugate(q[:-1]), q[1:])
     turns = np.where(turns[..., :1] < 0.0, -turns, turns)[..., 1:]
-    changes = np.sqrt(np.linalg.norm(np.diff(turns, axis=0), axis=-1))  # (frames − 2, joints)
+    changes = np.sqrt(vector_lengths(np.diff(turns, axis=0)))  # (frames − 2, joints)
     usual = changes.mean(axis=0)
     changes = changes[:, usual > 1e-4]
     if not changes.shape[1]:

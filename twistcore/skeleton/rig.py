@@ -9,8 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
@@ -39,7 +37,7 @@ from twistcore.skeleton.limb import (
 )
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
-from twistcore.skeleton.rotation import normalise
+from twistcore.skeleton.rotation import normalise, vector_lengths
 from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-6  # share of the skeleton's height; a shorter bone has no direction
@@ -325,7 +323,7 @@ def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain
     close to C in any frame, the chain has no grandchild.
     """
     bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
-    if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
+    if vector_lengths(bone).min() <= _ZERO * motion.skeleton.height:
         return replace(chain, grandchild=-1)
     directions = normalise(bone)
     mean = normalise(directions.mean(axis=0))

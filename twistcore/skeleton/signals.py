@@ -8,7 +8,14 @@ import numpy as np
 
 from twistcore.skeleton.chain import Chain, chain_named, find_chains
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
-from twistcore.skeleton.rotation import Array, rotate, twist_angle, twist_reliability, wrap
+from twistcore.skeleton.rotation import (
+    Array,
+    rotate,
+    twist_angle,
+    twist_reliability,
+    vector_lengths,
+    wrap,
+)
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
@@ -110,7 +117,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
         dtheta_c=dtheta_c,
         strength=counter_rotation(dtheta_p, dtheta_c),
         swing_reliability=twist_reliability(q_p, axis),
-        azimuth_reliability=np.linalg.norm(across, axis=-1),
+        azimuth_reliability=vector_lengths(across),
     )
 
 

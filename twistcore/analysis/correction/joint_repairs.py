@@ -25,6 +25,7 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
     slerp,
+    vector_lengths,
     wrap,
 )
 from twistcore.work.frozen import dataclass
@@ -130,7 +131,7 @@ def moves_joints(motion: Motion, interval: Interval) -> bool:
     if axis is None or not interval.kind.by_angle:
         return bool(children)
     places = [np.atleast_2d(motion.translation(child)) for child in children]
-    aside = [float(np.linalg.norm(np.cross(p, axis), axis=1).max()) for p in places]
+    aside = [float(vector_lengths(np.cross(p, axis)).max()) for p in places]
     ends = any(skeleton.children[child] for child in children)
     return max(aside, default=0.0) > _ASIDE * skeleton.height or (interval.carried and ends)
 

@@ -25,7 +25,7 @@ from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rotation import Array, multiply, rotate
+from twistcore.skeleton.rotation import Array, multiply, rotate, vector_lengths
 from twistcore.work.frozen import dataclass
 
 HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
@@ -387,7 +387,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
         return None
     whole = sum(bone_lengths(around.captured, limb))
     before, after = (
-        100.0 * float(np.linalg.norm(np.diff(child, axis=0), axis=1).sum()) / whole
+        100.0 * float(vector_lengths(np.diff(child, axis=0)).sum()) / whole
         for child, _ in around.places
     )
     return around.measure(PATH, before, after, limb.child)
@@ -400,7 +400,7 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
     turning: Sequence[int] = around.joints
     if isinstance(chain, Limb):
         (_, before), (_, after) = around.places
-        largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
+        largest[chain.end] = float(vector_lengths(after - before).max())
         turning = () if around.interval.carried else (chain.end,)
     elif kind.info.repairer and not kind.by_angle:
         return None  # all joints below are meant to move
@@ -412,7 +412,7 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
             place = around.captured.translation(child)
             if place.any() and (joint != chain.parent or _carries(skeleton, child, chain)):
                 ends = rotate(q, place if place.ndim == 1 else place[:, None])
-                moved = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+                moved = vector_lengths(ends[:, 1] - ends[:, 0])
                 largest[child] = float(moved.max())
     joint = max(largest, key=lambda j: largest[j], default=chain.child)
     share = 100.0 * largest.get(joint, 0.0) / skeleton.height

@@ -28,6 +28,7 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
     rotate,
+    vector_lengths,
     wrap,
 )
 
@@ -363,7 +364,7 @@ def _turn_limb(
     is changed in the frames `at`. Both angles are in radians, shape (n,).
     """
     _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
-    length = np.linalg.norm(to_end, axis=1)
+    length = vector_lengths(to_end)
     line = to_end / np.maximum(length, 1e-12)[:, None]
     there = length > _FOLDED * motion.skeleton.height
     offset, kept = np.where(there, offset, 0.0), np.where(there, kept, 0.0)
@@ -388,7 +389,7 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
     """
     if chain.child in motion.positioned:
         place = motion.translation(chain.child)[at]
-        if (np.linalg.norm(place, axis=1) > 1e-6 * motion.skeleton.height).all():
+        if (vector_lengths(place) > 1e-6 * motion.skeleton.height).all():
             return normalise(place)
     return chain.axis if chain.axis.ndim == 1 else chain.axis[at]
 
@@ -408,7 +409,7 @@ def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
         if child == chain.child:
             continue
         place = np.atleast_2d(motion.translation(child))
-        away = float(np.linalg.norm(np.cross(place, axis), axis=-1).max())
-        if away > _ON_AXIS * max(float(np.linalg.norm(place, axis=-1).max()), 1e-12):
+        away = float(vector_lengths(np.cross(place, axis)).max())
+        if away > _ON_AXIS * max(float(vector_lengths(place).max()), 1e-12):
             out[skeleton.names[child]] = away
     return out

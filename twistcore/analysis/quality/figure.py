@@ -13,7 +13,7 @@ from twistcore.errors import TwistError
 from twistcore.quamo.resample import sample_times
 from twistcore.quamo.topology import ANKLES, TOES, find_topology, metres_per_unit
 from twistcore.skeleton.motion import Motion, forward_kinematics
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
 
 SLIDE_MM = 20.0
@@ -48,7 +48,7 @@ def quality_of_positions(places: Array, given: Array | None = None) -> FigureQua
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
-        float(np.linalg.norm(third, axis=-1).mean()) if len(third) else 0.0,
+        float(vector_lengths(third).mean()) if len(third) else 0.0,
         foot_slide(places, in_contact(places)),
     )
 
@@ -106,7 +106,7 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
     slides = 0
     for foot in range(2):
         middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, [0, 2]]
-        moved = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+        moved = vector_lengths(np.diff(middle, axis=0))
         slides += int(((moved >= SLIDE_MM) & contact[1:, foot] & contact[:-1, foot]).sum())
     return 100.0 * slides / max(len(places) - 1, 1)
 
@@ -118,7 +118,7 @@ def root_aligned(places: Array) -> Array:
 
 def mean_distance(a: Array, b: Array) -> float:
     """Return the mean distance between positions (…, 3), or 0 if there are none."""
-    return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
+    return float(vector_lengths(a - b).mean()) if len(a) else 0.0
 
 
 def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:

@@ -20,7 +20,7 @@ from twistcore.quamo.topology import metres_per_unit
 from twistcore.skeleton.joint_names import FEET, TOES
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people, joint_names
-from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
+from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply, vector_lengths
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s; this is 20 mm between two frames at 25 Hz
 _SHORTEST = 4  # number of frames that a third difference needs
@@ -123,7 +123,7 @@ def joint_quality(
     turn[first + 1 :] = np.degrees(logarithm(multiply(q[first + 1 :], conjugate(q[first:-1]))))
     jitter = np.full((frames, joints), np.nan)
     if frames >= _SHORTEST:
-        jitter[1:-2] = np.linalg.norm(np.diff(turn[1:], n=2, axis=0), axis=-1)
+        jitter[1:-2] = vector_lengths(np.diff(turn[1:], n=2, axis=0))
     flipped = np.zeros((frames, joints), dtype=np.bool_)
     flipped[first + 1 :] = np.einsum("tji,tji->tj", q[first + 1 :], q[first:-1]) < 0.0
     feet = foot_joints(motion.skeleton)
@@ -133,8 +133,8 @@ def joint_quality(
         slide[first:, joint] = _slide(scale * positions[first:, joint], motion.frame_time, up)
     return JointQuality(
         jitter=jitter,
-        speed=np.linalg.norm(turn, axis=-1) / motion.frame_time,
-        excess=np.maximum(_written_steps(clip, joints) - np.linalg.norm(turn, axis=-1), 0.0),
+        speed=vector_lengths(turn) / motion.frame_time,
+        excess=np.maximum(_written_steps(clip, joints) - vector_lengths(turn), 0.0),
         flipped=flipped,
         slide=slide,
         feet=feet,
@@ -153,7 +153,7 @@ def joint_accelerations(motion: Motion, positions: Array) -> Array:
     if len(own) > 2 * step:
         bent = own[2 * step :] - 2.0 * own[step:-step] + own[: -2 * step]
         seconds = step * motion.frame_time
-        size = np.linalg.norm(bent, axis=-1) / seconds**2
+        size = vector_lengths(bent) / seconds**2
         out[leading_frames(motion) + step : len(out) - step] = _metres(motion.skeleton) * size
     return out
 
@@ -177,7 +177,7 @@ def _slide(places: Array, dt: float, up: int) -> Array:
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM
     level = np.delete(places, up, axis=1)
     speed = np.full(len(places), np.nan)
-    speed[1:] = np.linalg.norm(np.diff(level, axis=0), axis=1) / dt
+    speed[1:] = vector_lengths(np.diff(level, axis=0)) / dt
     speed[1:][~(low[1:] & low[:-1])] = np.nan
     return speed
 

@@ -8,6 +8,7 @@ from twistcore.analysis.quality.figure import figure_quality
 from twistcore.detection.cuts import leading_frames
 from twistcore.quamo.resample import sample_times
 from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import vector_lengths
 
 CAPTURED = 9.0  # mm/frame³; usual jitter of captures (62 clips of CMU, Daz and ACCAD)
 TIMES = 3.0
@@ -32,7 +33,7 @@ def jitter_if_trembling(motion: Motion) -> float | None:
     below, above = (forward_kinematics(capture.at(k))[1] for k in (low, high))
     places = below + (times - low)[:, None, None] * (above - below)
     third = np.diff(places, n=3, axis=0) * (_TALL_MM / capture.skeleton.height)
-    size = np.linalg.norm(third, axis=-1)
+    size = vector_lengths(third)
     total = float((third**2).sum())
     if total == 0.0 or float(np.median(size.mean(axis=1))) < TIMES * CAPTURED:
         return None

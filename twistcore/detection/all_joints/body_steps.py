@@ -18,7 +18,7 @@ from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import linear_keys, without_held
 from twistcore.skeleton.people import Person, find_people
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -301,7 +301,7 @@ def _off_path(motion: Motion) -> Array:
     more similar.
     """
     off = np.zeros((motion.frames, len(motion.positioned)))
-    turned = np.linalg.norm(np.diff(motion.positions, n=2, axis=0), axis=2)
+    turned = vector_lengths(np.diff(motion.positions, n=2, axis=0))
     off[2:-1] = np.minimum(turned[:-1], turned[1:])
     return off
 

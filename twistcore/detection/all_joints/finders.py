@@ -33,7 +33,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.people import find_people
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 
 Mask = NDArray[np.bool_]
 
@@ -386,7 +386,7 @@ def reach(skeleton: Skeleton, joint: int) -> float:
         if (above := int(skeleton.parents[below])) in place:
             place[below] = place[above] + skeleton.offsets[below]
     tips = [*place.values(), *(place[j] + offset for j, offset in skeleton.ends if j in place)]
-    return float(np.linalg.norm(tips, axis=1).max()) / skeleton.height
+    return float(vector_lengths(tips).max()) / skeleton.height
 
 
 def _top(skeleton: Skeleton, joint: int) -> int:

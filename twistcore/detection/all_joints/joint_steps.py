@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.skeleton.medians import medians
-from twistcore.skeleton.rotation import Array, multiply
+from twistcore.skeleton.rotation import Array, multiply, vector_lengths
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
@@ -342,7 +342,7 @@ def _between(a: Array, b: Array, share: float | Array) -> Array:
     """
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
-    return np.asarray(sum_ / np.linalg.norm(sum_, axis=-1, keepdims=True))
+    return np.asarray(sum_ / vector_lengths(sum_)[..., None])
 
 
 def _angle(a: Array, b: Array) -> Array:

@@ -25,6 +25,7 @@ from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_axis_angle,
     rotate,
+    vector_lengths,
 )
 from twistcore.work.frozen import dataclass
 
@@ -113,7 +114,7 @@ class ChainSignals:
         """The bend and the azimuth of the child's bone, in degrees, each (frames,)."""
         axis = np.atleast_2d(self.axis)  # (1, 3) if it is constant
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
-        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        first /= vector_lengths(first)[:, None]
         bone = rotate(self.q_child, np.broadcast_to(self.arm, (self.frames, 3)))
         parts = (axis, first, cross_products(axis, first))
         along, one, other = np.stack([(bone * d).sum(-1) for d in parts], -1).T
@@ -197,17 +198,28 @@ class ChainSignals:
         The value is NaN if there are fewer frames.
         """
         if (name, width) not in self._series:
-            turns: Array = getattr(self, name)
-            total = np.concatenate([[0.0], np.cumsum(turns)])
+            turns, total = self._totals(name)
             out = np.full(len(turns), np.nan)
             first, count = PACE + 1, len(turns) - width - 2 * PACE - 1  # the frames t
             if count > 0:
                 near = (first - 1, first - 2, first + width, first + width + 1)
-                pace = sum(turns[k : k + count] for k in near) / (2.0 * PACE)
+                pace = turns[near[0] :][:count] + turns[near[1] :][:count]
+                pace += turns[near[2] :][:count]
+                pace += turns[near[3] :][:count]
+                pace /= 2.0 * PACE
+                pace *= width
                 over = total[first + width :][:count] - total[first : first + count]
-                out[first : first + count] = wrapped(over - width * pace)
+                over -= pace
+                out[first : first + count] = wrapped(over)
             keep_few(self._series, len(turns))[name, width] = out
         return self._series[name, width]
+
+    def _totals(self, name: str) -> tuple[Array, Array]:
+        """Return a signal and its sums over the frames before each frame, (frames + 1,)."""
+        if (name, 0) not in self._series:
+            total = np.concatenate([[0.0], np.cumsum(getattr(self, name))])
+            keep_few(self._series, len(total))[name, 0] = total
+        return getattr(self, name), self._series[name, 0]
 
     def bent(self, width: int) -> Mask:
         """Return a mask of the frames t in which an edge may begin with a bent limb, (frames,).
@@ -234,4 +246,7 @@ def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dic
 
 def wrapped(degrees: Array) -> Array:
     """Return angles in degrees wrapped to [−180, 180)."""
-    return np.asarray((np.asarray(degrees) + 180.0) % 360.0 - 180.0)
+    shifted = np.asarray(degrees) + 180.0
+    if not (shifted.size and shifted.min() >= 0.0 and shifted.max() < 360.0):
+        shifted = shifted % 360.0  # slow, and not needed for small angles
+    return np.asarray(shifted - 180.0)

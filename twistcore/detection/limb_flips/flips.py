@@ -34,6 +34,7 @@ from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_axis_angle,
     rotate,
+    vector_lengths,
     wrap,
 )
 from twistcore.work.frozen import dataclass
@@ -182,7 +183,7 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
     turn = quaternion_from_axis_angle(swivel.line[start:stop], -offset)
     fixed[start - low : stop - low] = rotate(turn, fixed[start - low : stop - low])
     now, then = (
-        np.array([np.linalg.norm(np.diff(c, k, axis=0), axis=1).sum() for k in (1, 2)])
+        np.array([vector_lengths(np.diff(c, k, axis=0)).sum() for k in (1, 2)])
         for c in (captured, fixed)
     )
     return now, then

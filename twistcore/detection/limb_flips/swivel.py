@@ -17,6 +17,7 @@ from twistcore.skeleton.rotation import (
     multiply,
     rotate,
     twist_angle,
+    vector_lengths,
     wrap,
 )
 from twistcore.work.frozen import dataclass
@@ -69,7 +70,7 @@ class Swivel:
 
         The positions are in the form that :func:`~twistcore.skeleton.limb.limb_positions` returns.
         """
-        line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
+        line = to_end / np.maximum(vector_lengths(to_end), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)
 
@@ -80,14 +81,12 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     `angle` and `jump` are 0 in frames in which the line is undefined.
     """
     to_child, to_end = limb_positions(motion, limb)
-    length = float(
-        np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
-    )
-    size = np.linalg.norm(to_end, axis=1)
+    length = float(vector_lengths(to_child).mean() + vector_lengths(to_end - to_child).mean())
+    size = vector_lengths(to_end)
     lined = size > _FOLDED * length
     line = to_end / np.maximum(size, 1e-12)[:, None]
     aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
-    height = np.linalg.norm(aside, axis=1) / length
+    height = vector_lengths(aside) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
     # From here on, values are in world space, in which a rotation of P's parent is not compensated
@@ -101,7 +100,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     jump = _jump(upper, lower, line, aside, height)
     jump[1:][~(lined[1:] & lined[:-1])] = 0.0
     step = np.zeros(motion.frames)
-    step[1:] = np.linalg.norm(np.diff(rotate(above, to_end), axis=0), axis=1) / length
+    step[1:] = vector_lengths(np.diff(rotate(above, to_end), axis=0)) / length
     end = multiply(lower, motion.rotations[:, limb.end])
     child = rotate(above, to_child) / length
     return Swivel(angle, jump, height, step, line, child, end, side)
@@ -177,7 +176,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 def _least_turn(a: Array, b: Array) -> Array:
     """Return the shortest rotations from unit vectors a to unit vectors b, (n, 3) → (n, 4)."""
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], cross_products(a, b)], axis=1)
-    size = np.linalg.norm(q, axis=1, keepdims=True)
+    size = vector_lengths(q)[:, None]
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
     return turn
 
@@ -198,7 +197,7 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
     The parameters have the same meaning as in :func:`_jump`.
     """
-    size = np.linalg.norm(aside, axis=1, keepdims=True)
+    size = vector_lengths(aside)[:, None]
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
     side: Array = medians(weighed, 0)
     for _ in range(_REFINED):

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import extended, median, quantile
-from twistcore.skeleton.rotation import Array, cross_products, rotate, wrap
+from twistcore.skeleton.rotation import Array, cross_products, rotate, vector_lengths, wrap
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -154,7 +154,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     axis = np.broadcast_to(axis, v.shape)
     along = np.einsum("fi,fi->f", v, axis)
     across = v - along[:, None] * axis
-    angle = np.arctan2(np.linalg.norm(across, axis=1), along)
+    angle = np.arctan2(vector_lengths(across), along)
     bent = angle > BENT
     if bent.sum() < max(2, ANCHOR_SECONDS * fps):
         return Bend(angle, None)

@@ -8,7 +8,7 @@ import numpy as np
 
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
 
 _ELEMENTS = 1 << 14  # maximum number of quaternions that are computed in one block of frames
@@ -85,7 +85,7 @@ def with_bones_of_channels(
             continue
         bone = medians(positions[:, k], 0)
         usual = np.linalg.norm(bone)
-        away = np.linalg.norm(positions[:, k] - bone, axis=1)
+        away = vector_lengths(positions[:, k] - bone)
         steady = (
             away.max() <= _STILL * usual if joint in carrying else median(away) <= _STRETCH * usual
         )

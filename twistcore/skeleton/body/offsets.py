@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, vector_lengths
 
 _ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no direction
 _SHIFT = 1e-2  # share of OFFSET's length; smaller position channels do not replace OFFSET
@@ -16,7 +16,7 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 
     `offset` has the shape (3,) or (frames, 3).
     """
-    return bool(np.linalg.norm(offset, axis=-1).max() > shortest_offset(skeleton))
+    return bool(vector_lengths(offset).max() > shortest_offset(skeleton))
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
@@ -28,7 +28,7 @@ def bone_offset(motion: Motion, joint: int) -> Array:
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     if offset.ndim == 1:
         return offset
-    length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
+    length, longest = np.linalg.norm(rest), vector_lengths(offset).max()
     smallest = shortest_offset(motion.skeleton)
     shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
     return np.asarray(rest) if shifts else offset

@@ -11,7 +11,7 @@ from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length
 from twistcore.skeleton.joint_names import JointName
 from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, normalise, rotate
+from twistcore.skeleton.rotation import Array, normalise, rotate, vector_lengths
 
 _SHORT_LINE = 0.15  # share of the longest line of joints; a shorter line is a finger or a foot
 _WHOLE_BONE = 0.6  # share of the bone above; a forearm is longer, a finger shorter
@@ -53,7 +53,7 @@ class Shape:
         self.parents = motion.skeleton.parents.tolist()
         self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
         self.offsets = [bone_offset(motion, j) for j in range(len(names))]
-        self.lengths = [float(np.linalg.norm(o, axis=-1).mean()) for o in self.offsets]
+        self.lengths = [float(vector_lengths(o).mean()) for o in self.offsets]
         self.solid = [has_length(self.skeleton, offset) for offset in self.offsets]
         self._bends: dict[tuple[int, int], float] = {}
 
