@@ -6,6 +6,7 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 from tests.twistcore.strategies import angles, axes, orders, quaternions
+from twistcore.detection.evidence.chain_signals import wrapped
 from twistcore.skeleton import rotation as rot
 
 
@@ -164,6 +165,26 @@ def test_the_middle_euler_angle_and_the_sign_of_all_three(order, a, b, c):
 def test_cross_products_are_those_of_numpy(shapes):
     u, v = (np.random.default_rng(k).normal(size=shape) for k, shape in enumerate(shapes))
     np.testing.assert_array_equal(rot.cross_products(u, v), np.cross(u, v))
+
+
+@pytest.mark.parametrize("shape", [(3,), (4,), (0, 3), (50, 7, 4)])
+def test_vector_lengths_equal_those_of_numpy_bit_for_bit(shape):
+    rng = np.random.default_rng(8)
+    v = rng.normal(size=shape) * 10.0 ** rng.integers(-9, 9, size=shape)
+    found = rot.vector_lengths(v)
+    assert found.shape == shape[:-1]
+    assert np.array_equal(found, np.linalg.norm(v, axis=-1))
+
+
+@pytest.mark.parametrize(
+    "degrees",
+    [30.0, 200.0, np.linspace(-170.0, 170.0, 30), np.linspace(-600.0, 600.0, 31), [np.nan, 400.0]],
+)
+def test_wrapped_degrees_equal_the_remainder_bit_for_bit(degrees):
+    found = wrapped(degrees)
+    expected = (np.asarray(degrees) + 180.0) % 360.0 - 180.0
+    assert found.shape == np.shape(degrees)
+    assert np.array_equal(found, expected, equal_nan=True)
 
 
 def test_leading_axes_broadcast():
