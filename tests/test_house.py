@@ -64,7 +64,7 @@ MANY_NAMES = {
     "twistcore.files.document_values": 19,
     "twistcore.review.model": 16,
     "twistcore.review.session": 17,
-    "twistcore.skeleton.rotation": 20,
+    "twistcore.skeleton.rotation": 21,
     "twistcore.study.evaluation": 13,
 }
 
