@@ -27,7 +27,7 @@ from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
-from twistcore.review import Annotate, Decision, Judged, Remove, ReviewState
+from twistcore.review import Decision, Judged, Remove, ReviewState
 from twistcore.review.model import flattened, resized, with_straight_twist
 
 
@@ -88,18 +88,19 @@ class ReviewActions:
 
     # -- decisions, and moving between intervals -------------------------------------------------
 
-    def judge(self, decision: Decision) -> None:
+    def judge(self, decision: Decision, reason: str | None = None) -> None:
         """Set the decision for the selected intervals, and select the next undecided interval.
 
-        Unlike `decide`, this method does not move the camera.
+        `reason` is the reason for a rejection, or None to keep the reasons. Unlike `decide`, this
+        method does not move the camera.
         """
         if self.document.data is not None:
             with self.intervals.visit_order() as order:
-                self.document.decide(decision, self.intervals.selected_ids(), order)
+                self.document.decide(decision, self.intervals.selected_ids(), order, reason)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
                 self._report_end()
 
-    def decide(self, decision: Decision) -> None:
+    def decide(self, decision: Decision, reason: str | None = None) -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
         If the selected interval is outside the visible range of the plots, only scroll the plots to
@@ -108,7 +109,7 @@ class ReviewActions:
         if self._out_of_view():
             return
         before = self.document.interval_id
-        self.judge(decision)
+        self.judge(decision, reason)
         if decision != Decision.UNDECIDED:
             self._arrive(zoom=self.document.interval_id != before)
 
@@ -308,9 +309,7 @@ class ReviewActions:
         self.card.commit()
         judged = self.document.interval
         if judged is not None and judged.id == interval_id:
-            if reason != judged.reason:
-                self.document.do(Annotate(interval_id, judged.note, reason))
-            self.decide(Decision.REJECTED)
+            self.decide(Decision.REJECTED, reason)
 
     def focus_field(self, what: str) -> None:
         """Move the keyboard focus to a field on the card of the selected interval.
