@@ -131,6 +131,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "review_changes",
         "found_again",
     ),
+    "twistcore/review/decisions.py": ("review_model", "review_steps", "review"),
     "twistcore/review/history.py": ("review_steps", "found_again"),
     "twistcore/review/journal.py": ("journal_entries", "journal"),
     "twistcore/review/left_out.py": ("review_steps", "left_out"),

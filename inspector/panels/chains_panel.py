@@ -211,10 +211,9 @@ class ChainsPanel(QWidget):
             self._show(())
             return
         state = document.review.state
-        found = Counter(j.interval.chain for j in state.intervals)
-        decided = Counter(
-            j.interval.chain for j in state.intervals if j.decision != Decision.UNDECIDED
-        )
+        own = [j for j in state.intervals if not j.interval.kind.info.whole_body]
+        found = Counter(j.interval.chain for j in own)
+        decided = Counter(j.interval.chain for j in own if j.decision != Decision.UNDECIDED)
         self._show(
             [
                 replace(

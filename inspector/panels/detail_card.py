@@ -25,7 +25,7 @@ from inspector.panels.end_choice import EndChoice
 from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
-from inspector.panels.rig_names import joints_of
+from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined
 from inspector.session.why_here import reason_near, reason_sentence
@@ -267,14 +267,14 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {of_core(interval.kind)}"
         what += f" · {_EDITED}" if judged.edited else ""
-        label = of_core(chain.label)
+        label = label_of(interval, chain)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
             varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
         count = plural("{n} frame", "{n} frames", interval.frames)
         assert self._document.data is not None
-        joints = joints_of(chain, self._document.data.motion.skeleton)
-        self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}"))
+        joints = joints_of_error(interval, chain, self._document.data.motion.skeleton)
+        self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}".rstrip()))
         forms = (f" · {count}{varies}", f" · {count}", "")
         self.title.set_forms(*(f"{bold(label)}{what}{rest}" for rest in forms))
         first = self._document.first_frame

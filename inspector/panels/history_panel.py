@@ -9,8 +9,10 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from inspector.language import of_core, tr
+from inspector.panels.rig_names import label_of
 from inspector.session.document import Document
 from inspector.widgets.building import vbox
+from twistcore.detection import Interval
 from twistcore.review import Review
 
 
@@ -54,14 +56,14 @@ class HistoryPanel(QWidget):
             if judged is not None:
                 interval = judged.interval
                 frames = f"{interval.start + first}–{interval.stop + first}"
-                place = f" · {self._label(interval.chain)} {frames}"
+                place = f" · {self._label(interval)} {frames}"
             yield f"{of_core(name)}{place}"
 
-    def _label(self, name: str) -> str:
+    def _label(self, interval: Interval) -> str:
         try:
-            return of_core(self._document.find_chain(name).label)
+            return label_of(interval, self._document.find_chain(interval.chain))
         except KeyError:  # a later step has removed the chain
-            return name
+            return interval.chain
 
     def _go(self, item: QListWidgetItem) -> None:
         target = self.list.row(item)

@@ -76,14 +76,14 @@ class IntervalFilter:
         )
         return IntervalFilter(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
 
-    def admits(self, judged: Judged, chain: str, text_of: Callable[[Judged], str]) -> bool:
+    def admits(self, judged: Judged, of_chain: bool, text_of: Callable[[Judged], str]) -> bool:
         """Return True if an interval passes the filter.
 
-        `chain` is the name of the selected chain. `text_of` is a function that returns the
-        searchable text of an interval.
+        `of_chain` is True if the interval is an error of the selected chain. `text_of` is a
+        function that returns the searchable text of an interval.
         """
         if self.chosen == OF_CHAIN:
-            if judged.interval.chain != chain:
+            if not of_chain:
                 return False
         elif self.chosen in _OF_KIND:
             if judged.interval.kind != _OF_KIND[self.chosen]:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QSortFilterProxyModel, Qt
 from inspector.language import of_core, tr, tr_as
 from inspector.panels.interval_columns import COLUMNS, PLACE
 from inspector.panels.reject_reasons import shown_reason
-from inspector.panels.rig_names import joints_of
+from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.widgets.labels import capitalised
 from inspector.widgets.signed_numbers import angle_of, plain, signed
@@ -148,13 +148,13 @@ class IntervalModel(RowModel[ListRow]):
         decision += EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
-        joints = joints_of(chain, document.data.motion.skeleton)
+        joints = joints_of_error(interval, chain, document.data.motion.skeleton)
         end = end_text(judged)
-        label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
+        label = label_of(interval, chain, listed=not isinstance(chain, Helper))
         note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
         # Text and sort value of each cell, keyed by column
         cells: dict[str, tuple[str, object]] = {
-            "chain": (label, interval.chain),
+            "chain": (label, "" if interval.kind.info.whole_body else interval.chain),
             "decision": (decision, judged.decision.value),
             "start": (str(interval.start + first), interval.start),
             "stop": (str(interval.stop + first), interval.stop),
@@ -176,7 +176,14 @@ class IntervalModel(RowModel[ListRow]):
                 PLACE["joints"]: self.theme.soft,
                 PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
             },
-            tips=(_tip(document.displayed(judged), shared, f"{label} ({joints})", own),),
+            tips=(
+                _tip(
+                    document.displayed(judged),
+                    shared,
+                    f"{label} ({joints})" if joints else label,
+                    own,
+                ),
+            ),
             spoken={PLACE["decision"]: decision.partition(" ")[2], 0: label},
         )
 
@@ -191,8 +198,9 @@ class IntervalModel(RowModel[ListRow]):
             decision = tr("✓ seen")
         start = min(j.interval.start for j in group.members)
         name, short = (capitalised(of_core(text)) for text in (group.name, group.short))
-        label = (_UNFOLDED if group.unfolded else _FOLDED) + of_core(chain.label)
-        about = f"{of_core(chain.label)} ({count}): {name}"
+        place = label_of(lead.interval, chain)
+        label = (_UNFOLDED if group.unfolded else _FOLDED) + place
+        about = f"{place} ({count}): {name}"
         texts, sort = [""] * len(COLUMNS), list(self.describe(IntervalRow(lead, False)).sort)
         texts[PLACE["chain"]] = f"{label} ({count})"
         texts[PLACE["decision"]] = decision
@@ -202,7 +210,7 @@ class IntervalModel(RowModel[ListRow]):
         state = tr("expanded") if group.unfolded else tr("collapsed")
         lines = [
             f"{j.interval.start + first}–{j.interval.stop + first}  "
-            f"{of_core(document.find_chain(j.interval.chain).list_label)}  "
+            f"{label_of(j.interval, document.find_chain(j.interval.chain), listed=True)}  "
             f"{of_core(j.interval.kind)}"
             for j in group.members[:_LISTED]
         ]

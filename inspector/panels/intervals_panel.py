@@ -28,7 +28,7 @@ from inspector.panels.interval_rows import (
     end_text,
 )
 from inspector.panels.reject_reasons import shown_reason
-from inspector.panels.rig_names import joints_of
+from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined, unexamined_sentences
 from inspector.session.settings import Settings
@@ -36,7 +36,7 @@ from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.tables import RowTable, TwoLineDelegate
 from inspector.widgets.theme import Colours
-from twistcore.detection import Kind
+from twistcore.detection import Interval, Kind
 from twistcore.review import Decision, Judged
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels by which a row is higher than its text
@@ -65,7 +65,8 @@ class IntervalsPanel(QWidget):
         self._stepping: tuple[int, ...] | None = None
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
-        self._names: dict[str, tuple[str, str]] = {}  # label and joints, keyed by chain
+        # Label and joints, keyed by the label's chain, and by whether an error is of the whole body
+        self._names: dict[tuple[str, bool], tuple[str, str]] = {}
         # Intervals for whose texts the columns are wide enough, keyed by id()
         self._measured: dict[int, Judged] = {}
         self._later = QTimer(self, singleShot=True, interval=0)
@@ -228,8 +229,8 @@ class IntervalsPanel(QWidget):
         ):
             if name not in self._with_text and any(map(has_text, fresh)):
                 self._with_text.add(name)
-        for name in {j.interval.chain for j in fresh}:
-            self._name(name)
+        for judged in fresh:
+            self._name(judged.interval)
         advance = self.fontMetrics().horizontalAdvance
         labels, joints = zip(*self._names.values(), strict=True)
         last = str(document.frames + document.first_frame)
@@ -258,23 +259,24 @@ class IntervalsPanel(QWidget):
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
-        document = self._document
-        return judged.interval.chain not in document.hidden and self.filters.current.admits(
-            document.displayed(judged), document.chain, self._search_text
+        document, interval = self._document, judged.interval
+        return not document.hides(interval) and self.filters.current.admits(
+            document.displayed(judged), document.is_of_chain(interval), self._search_text
         )
 
-    def _name(self, chain: str) -> tuple[str, str]:
-        """Return the label of a chain and the names of its joints in the file."""
-        if chain not in self._names and (data := self._document.data) is not None:
-            found = self._document.find_chain(chain)
-            label = of_core(found.list_label)
-            self._names[chain] = label, joints_of(found, data.motion.skeleton)
-        return self._names[chain]
+    def _name(self, interval: Interval) -> tuple[str, str]:
+        """Return the label of an error and the names of its joints in the file."""
+        key = interval.chain, interval.kind.info.whole_body
+        if key not in self._names and (data := self._document.data) is not None:
+            chain = self._document.find_chain(interval.chain)
+            label = label_of(interval, chain, listed=True)
+            self._names[key] = label, joints_of_error(interval, chain, data.motion.skeleton)
+        return self._names[key]
 
     def _search_text(self, judged: Judged) -> str:
         """Return the searchable text of an interval, in the chosen language and in English."""
-        name = judged.interval.chain
-        label, joints = self._name(name)
+        label, joints = self._name(judged.interval)
+        name = "" if judged.interval.kind.info.whole_body else judged.interval.chain
         kind = of_core(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
@@ -358,6 +360,8 @@ class IntervalsPanel(QWidget):
         listed = [judged for judged in intervals if self._is_listed(judged)]
         if self._document.order == "worst":
             intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
+        else:  # errors of the whole body precede the chains
+            intervals = tuple(sorted(intervals, key=lambda j: not j.interval.kind.info.whole_body))
         rows = self._groups.rows(listed, intervals)
         self._refreshing = True  # the removal of a row must not select another row
         self._model.show(rows)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QWidget
 
 from inspector.language import tr
-from inspector.panels.reject_reasons import shown_reason, stored_reason
+from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
 from inspector.widgets.building import soft, vbox
 from inspector.widgets.keyed_list import KeyedList
 
@@ -18,7 +18,10 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 
 
 class ReasonPalette(QDialog):
-    """A popup with reasons. The keys 1 to 9 select a reason, and Enter accepts a typed reason."""
+    """A popup with reasons. The keys 1 to 9 select a reason, and Enter accepts a typed reason.
+
+    The usual reasons are followed by the given ones.
+    """
 
     chosen = Signal(str)
 
@@ -30,7 +33,7 @@ class ReasonPalette(QDialog):
         self.list.setAccessibleName(tr("Reasons"))
         self.list.setSpacing(2)
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._reasons = list(reasons)[:_MOST]
+        self._reasons = list(dict.fromkeys((*REASONS, *reasons)))[:_MOST]
         for k, reason in enumerate(self._reasons, 1):
             self.list.add(shown_reason(reason), str(k))
         self.title = soft(QLabel(title))

@@ -1,13 +1,29 @@
-"""Joint names as in the file, such as 'lradius → lhand' for the chain 'Left ForeArm'."""
+"""Labels of errors, and joint names as in the file, such as 'lradius → lhand'."""
 
 from __future__ import annotations
 
 import re
 
+from inspector.language import of_core
+from twistcore.detection import Interval
+from twistcore.detection.error_label import error_label
 from twistcore.files.encoding import legible
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
+
+
+def label_of(interval: Interval, chain: Chain, *, listed: bool = False) -> str:
+    """Return the label of an error, such as 'Left ForeArm' or 'Whole body'.
+
+    `chain` is the chain in which it was found. `listed` is True for a list of chains and limbs.
+    """
+    return of_core(error_label(interval, chain, listed=listed))
+
+
+def joints_of_error(interval: Interval, chain: Chain, skeleton: Skeleton) -> str:
+    """Return the names of the joints of an error's chain, or '' for an error of the whole body."""
+    return "" if interval.kind.info.whole_body else joints_of(chain, skeleton)
 
 
 def joints_of(chain: Chain, skeleton: Skeleton) -> str:

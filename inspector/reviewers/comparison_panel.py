@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QHeaderView, QWidget
 from inspector.language import of_core, plural, tr
 from inspector.panels.interval_rows import end_text, verdict_text
 from inspector.panels.reject_reasons import shown_reason
+from inspector.panels.rig_names import label_of
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, vbox
@@ -20,6 +21,7 @@ from inspector.widgets.labels import Caption, capitalised
 from inspector.widgets.signed_numbers import angle_of
 from inspector.widgets.tables import RowModel, RowTable, SecondaryTextDelegate, TableRow
 from inspector.widgets.theme import Colours
+from twistcore.detection import Interval
 from twistcore.files.encoding import legible
 from twistcore.review import Decision, Judged, Settle
 from twistcore.review.agreement import PairDifference, decided_by_person
@@ -55,7 +57,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
         If only the corrections differ, the texts also contain the values that differ.
         """
         pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
-        name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
+        name = f"{self.label(pair.either.interval)} {self.correction(pair.either)[0]}"
         texts = [verdict_text(judged) if judged else "–" for judged in sides]
         if pair.difference == PairDifference.CORRECTION:
             both = [self.correction(judged) for judged in sides if judged]
@@ -83,12 +85,15 @@ class DifferencesModel(RowModel[DifferenceRow]):
         frames = f"{interval.start + first}–{interval.stop + first}"
         return frames, angle_of(interval.kind, interval.shown), end_text(judged)
 
-    def label(self, chain: str) -> str:
-        """Return the label of a chain, or its name if the open review does not have the chain."""
+    def label(self, interval: Interval) -> str:
+        """Return the label of an error.
+
+        If the open review does not have its chain, return the name of the chain.
+        """
         try:
-            return of_core(self._document.find_chain(chain).list_label)
+            return label_of(interval, self._document.find_chain(interval.chain), listed=True)
         except KeyError:
-            return chain
+            return interval.chain
 
 
 class ComparisonPanel(QWidget):

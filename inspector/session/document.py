@@ -32,6 +32,7 @@ from twistcore.review import (
     Insert,
     Judged,
     Redetect,
+    RejectFor,
     Review,
     Settle,
     Sign,
@@ -223,18 +224,27 @@ class Document(OpenClip):
         self.sign(self.reviewer)  # for decisions undone when the name was entered
 
     def decide(
-        self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
+        self,
+        decision: Decision,
+        ids: Sequence[int] = (),
+        order: Sequence[int] = (),
+        reason: str | None = None,
     ) -> None:
         """Apply a decision to intervals and select the next undecided interval.
 
-        Intervals that already have this decision are not changed.
+        Intervals that already have this decision and reason are not changed.
 
         Parameters
         ----------
+        decision
+            The decision.
         ids
             The ids of the intervals to decide on; the selected interval by default.
         order
             The ids of all intervals in the order of the list; sorted by chain and start by default.
+        reason
+            The reason for a rejection, or None to keep the reasons. A rejection and its reason are
+            one step.
         """
         if self.data is None:
             return
@@ -244,14 +254,25 @@ class Document(OpenClip):
         if not there:
             self.message.emit(tr("Select an interval first. Press N to go to the next one."), False)
             return
-        judged = all(j.decision == decision and not j.in_bulk for j in there)
-        if not judged and not self._decide(tuple(j.id for j in there), decision):
+        judged = all(
+            j.decision == decision and not j.in_bulk and reason in (None, j.reason) for j in there
+        )
+        if not judged and not self._decide(tuple(j.id for j in there), decision, reason=reason):
             return
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True, order=order)
 
-    def _decide(self, ids: tuple[int, ...], decision: Decision, *, in_bulk: bool = False) -> bool:
+    def _decide(
+        self,
+        ids: tuple[int, ...],
+        decision: Decision,
+        *,
+        in_bulk: bool = False,
+        reason: str | None = None,
+    ) -> bool:
         at = self.now()
+        if reason is not None:
+            return self._do_signed(RejectFor(ids, reason, self.reviewer, at), at)
         command = Decide(ids, decision, self.reviewer, at, in_bulk)
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 

@@ -347,6 +347,27 @@ class OpenClip(QObject):
         self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
         self.hidden_changed.emit()
 
+    def hides(self, interval: Interval) -> bool:
+        """Return True if an interval is hidden with its chain.
+
+        An error of the whole body is hidden only with all chains of its person.
+        """
+        if not (self.hidden and interval.kind.info.whole_body):
+            return interval.chain in self.hidden
+        assert self.data is not None
+        person, chains = self.find_chain(interval.chain).person, self.data.chains_and_limbs
+        return all(chain.name in self.hidden for chain in chains if chain.person == person)
+
+    def is_of_chain(self, interval: Interval) -> bool:
+        """Return True if an interval is an error of the selected chain.
+
+        An error of the whole body is an error of every chain of its person.
+        """
+        if not (self.chain and interval.kind.info.whole_body):
+            return interval.chain == self.chain
+        own, selected = (self.find_chain(name) for name in (interval.chain, self.chain))
+        return own.person == selected.person
+
     def show_person(self, person: str) -> None:
         """List only one person's intervals and select one of that person's chains.
 

@@ -63,6 +63,9 @@ class Settings:
         True if the program has already asked for the reviewer's name.
     turn_ms
         The duration, in milliseconds, of the camera's rotation to another limb; 0 for none.
+    look_ms
+        The minimum time, in milliseconds, for which each error of a group is shown before a
+        decision on the group.
     autosave
         True if sessions are saved automatically.
     columns
@@ -99,6 +102,7 @@ class Settings:
     order: str = "worst"
     reviewer_asked: bool = False
     turn_ms: int = 220
+    look_ms: int = 400
     autosave: bool = True
     columns: list[str] = field(default_factory=list)
     interval_sort: str = ""
@@ -187,6 +191,7 @@ CHECKS: dict[str, Check] = {
     "order": checks.any_of("worst", "chain", "time"),
     "reviewer_asked": checks.truth,
     "turn_ms": checks.whole_between(0, 10_000),
+    "look_ms": checks.whole_between(0, 10_000),
     "autosave": checks.truth,
     "columns": checks.first_of(checks.text_up_to(20), 20),
     "interval_sort": checks.text_up_to(21),

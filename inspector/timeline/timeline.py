@@ -325,7 +325,7 @@ class Timeline(QWidget):
             document.frames,
             chains,
             document.chain,
-            tuple(j for j in document.intervals if j.interval.chain not in document.hidden),
+            tuple(j for j in document.intervals if not document.hides(j.interval)),
             document.interval_id,
         )
         self.overview.show_frame(document.frame)

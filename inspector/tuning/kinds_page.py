@@ -20,6 +20,7 @@ from inspector.widgets.building import hbox, hint, vbox
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Colours, Theme, figures_font
+from twistcore.detection.error_label import WHOLE_BODY
 from twistcore.tuning.verdict_counts import VerdictCount, count_by
 
 _NOTHING = tr(
@@ -212,13 +213,17 @@ class KindsPage(QWidget):
             return {}
         verdicts = [v for clip in scope.clips for v in clip.of_kinds]
         if self.groups.currentIndex():
-            by_chain = count_by(verdicts, lambda v: v.chain)
+            by_chain = count_by(
+                verdicts, lambda v: WHOLE_BODY if v.kind.info.whole_body else v.chain
+            )
             return {self._label(chain): count for chain, count in sorted(by_chain.items())}
         by_kind = count_by(verdicts, lambda v: v.kind)
         ordered = sorted(by_kind.items(), key=lambda item: item[0].info.place)
         return {announced(kind.info.label): count for kind, count in ordered}
 
     def _label(self, chain: str) -> str:
+        if chain == WHOLE_BODY:
+            return of_core(chain)
         try:
             return of_core(self._document.find_chain(chain).list_label)
         except KeyError:  # the chain is only in another clip

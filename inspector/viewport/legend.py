@@ -15,6 +15,7 @@ from inspector.widgets.labels import bold, inked
 from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme
 from twistcore.detection import Interval
+from twistcore.detection.error_label import error_label
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
@@ -48,10 +49,13 @@ def frame_legend(
         degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
     swivel = isinstance(chain, Limb)
     title = of_core(chain.label) if chain is not None else ""
+    if chain is not None and fault is not None:
+        of_body = fault.kind.info.whole_body
+        title = of_core(error_label(fault, chain)) if of_body else fault.joint or title
     text = legend_text(
         theme,
         "split" if scene.split else document.show,
-        fault.joint if title and fault and fault.joint else title,
+        title,
         degrees,
         tracked=tracked and (scene.accompanied or scene.split or document.show == Show.AFTER),
         swivel=swivel,

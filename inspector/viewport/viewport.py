@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QSize, QTimer
+from PySide6.QtCore import QEvent, QObject, QSize, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 from pyvistaqt import QtInteractor
@@ -62,6 +62,8 @@ class Viewport(Steering):
     dial
         The dial with which the user changes the offset of the selected interval.
     """
+
+    interval_painted = Signal()  # the view was painted while an interval was selected
 
     def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__(document)
@@ -195,6 +197,8 @@ class Viewport(Steering):
         """Record which interval the view paints. All events are passed on."""
         if event.type() == QEvent.Type.Paint:
             self._painted = self._drawn
+            if self._painted is not None:
+                self.interval_painted.emit()
         return False
 
     # -- opening and changing clips -----------------------------------------------------------

@@ -96,7 +96,8 @@ class Script(QObject):
     def _step(self) -> None:
         if self._over or self._steps is None:
             return
-        if self.window.viewport.turning:  # take no screenshot while the camera moves
+        looking = self.window.review_actions.look_through.running
+        if self.window.viewport.turning or looking:  # take no screenshot while the camera moves
             self._next()
             return
         step = next(self._steps, None)
@@ -168,8 +169,9 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
             document.go_to((judged.interval.start + judged.interval.stop) // 2)
 
     def accept_rest() -> None:
-        for _ in document.intervals:
-            accept()
+        left = [j.id for j in document.intervals if j.decision != Decision.ACCEPTED]
+        if left:
+            document.decide(Decision.ACCEPTED, left)
 
     def steps(script: Script) -> list[Callable[[], None]]:
         def export() -> None:

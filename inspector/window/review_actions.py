@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QTimer
@@ -15,7 +16,6 @@ from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
-from inspector.panels.reject_reasons import REASONS
 from inspector.session.document import BLIND, Document
 from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
@@ -24,10 +24,11 @@ from inspector.session.why_here import peaks, reason_here, reason_near, reason_s
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
+from inspector.window.look_through import LookThrough
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
-from twistcore.review import Annotate, Decision, Judged, Remove, ReviewState
+from twistcore.review import Decision, Judged, Remove, ReviewState
 from twistcore.review.model import flattened, resized, with_straight_twist
 
 
@@ -42,6 +43,8 @@ class ReviewActions:
         explains why nothing was found at the current frame.
     show_card
         A function that brings the card to the front.
+    look_through
+        Shows the errors of a group before a decision applies to all of them.
     look
         A function that rotates the camera so that the roll of the selected limb is clearly visible.
     sees
@@ -58,6 +61,7 @@ class ReviewActions:
     intervals: IntervalsPanel
     bar: MessageBar
     card: DetailCard
+    look_through: LookThrough
     visible: VisibleRange
     player: Player
     settings: Settings
@@ -70,6 +74,7 @@ class ReviewActions:
     window: QWidget
     _faint: Interval | None = field(default=None, init=False)
     _answer: str = field(default="", init=False)
+    _announced: str = field(default="", init=False)
 
     def __post_init__(self) -> None:
         document = self.document
@@ -77,6 +82,11 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
+        look_through = self.look_through
+        look_through.began.connect(self._announce_look)
+        look_through.showing.connect(self._show_progress)
+        look_through.stopped.connect(self._stop_looking)
+        look_through.done.connect(self._end_looking)
         # Wait until the playhead has moved. Rotate the camera only if the limb is not visible.
         find = QTimer(self.window, singleShot=True, interval=0)
         find.timeout.connect(lambda: None if self.sees() else self.look())
@@ -93,28 +103,94 @@ class ReviewActions:
 
         Unlike `decide`, this method does not move the camera.
         """
-        if self.document.data is not None:
-            with self.intervals.visit_order() as order:
-                self.document.decide(decision, self.intervals.selected_ids(), order)
-            if decision != Decision.UNDECIDED and self.document.interval is not None:
-                self._report_end()
+        self._when_seen(decision, partial(self._judge, decision))
 
-    def decide(self, decision: Decision) -> None:
+    def decide(self, decision: Decision, reason: str | None = None) -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
         If the selected interval is outside the visible range of the plots, only scroll the plots to
-        it, so the user sees it before deciding.
+        it, so the user sees it before deciding. `reason` is the reason for a rejection, or None to
+        keep the reasons.
         """
-        if self._out_of_view():
-            return
-        before = self.document.interval_id
-        self.judge(decision)
-        if decision != Decision.UNDECIDED:
-            self._arrive(zoom=self.document.interval_id != before)
+
+        def decide() -> None:
+            before = self.document.interval_id
+            self._judge(decision, reason)
+            if decision != Decision.UNDECIDED:
+                self._arrive(zoom=self.document.interval_id != before)
+
+        if not self._out_of_view():
+            self._when_seen(decision, decide)
+
+    def _when_seen(self, decision: Decision, decide: Callable[[], None]) -> None:
+        """Call `decide` after all errors of the selected group have been shown.
+
+        If several rows or a single interval are selected, call it now.
+        """
+        ids = self.intervals.selected_ids()
+        if decision == Decision.UNDECIDED or len(ids) < 2 or self.intervals.has_several_selected:
+            decide()
+        elif not self.look_through.running:  # if it is, the key was pressed once too often
+            open_ones = (
+                judged
+                for judged in map(self.document.found, ids)
+                if judged is not None and (judged.decision != decision or judged.in_bulk)
+            )
+            self.look_through.begin(open_ones, self.settings.look_ms, decide)
+
+    def _judge(self, decision: Decision, reason: str | None = None) -> None:
+        if self.document.data is not None:
+            with self.intervals.visit_order() as order:
+                self.document.decide(decision, self.intervals.selected_ids(), order, reason)
+            if decision != Decision.UNDECIDED and self.document.interval is not None:
+                self._report_end()
+
+    def _announce_look(self, count: int, unseen: int) -> None:
+        """Show a message that some errors of the group are shown before the decision."""
+        if count == unseen:
+            text = plural(
+                "You have not seen {n} error of this group. It is shown before the decision. "
+                "Press Esc to stop.",
+                "You have not seen {n} errors of this group. They are shown before the decision. "
+                "Press Esc to stop.",
+                count,
+            )
+        else:
+            text = tr(
+                "You have not seen {total} errors of this group. The worst {n} are shown before "
+                "the decision. Press Esc to stop.",
+                n=count,
+                total=unseen,
+            )
+        self._announced = text
+        self.bar.show_message(self._announced, False)
+
+    def _show_progress(self, number: int, count: int) -> None:
+        self.show_status(tr("Error {k} of {n}", k=number, n=count))
+        self.show_whole()
+
+    def _stop_looking(self) -> None:
+        self.show_status("")
+        self.bar.withdraw(self._announced)
+        self.bar.show_message(
+            tr("Nothing was decided, because not all errors of the group were shown."), False
+        )
+
+    def _end_looking(self, seen: int, total: int) -> None:
+        self.bar.withdraw(self._announced)
+        text = tr(
+            "The decision applies to {total} errors. You have seen {n} of them.",
+            n=seen,
+            total=total,
+        )
+        self.show_status(text if seen < total else "")
 
     def undo(self) -> None:
-        """Undo the last step, show its name, and go to the interval that it changed."""
-        if self.document.data is not None:
+        """Undo the last step, show its name, and go to the interval that it changed.
+
+        While the errors of a group are shown before a decision, only stop this.
+        """
+        if self.document.data is not None and not self.look_through.stop():
             step = of_core(self.document.review.undo_text)
             self._retrace(self.document.undo, tr("Undone: {step}", step=step))
 
@@ -297,8 +373,8 @@ class ReviewActions:
             self._ask_to_select()
         elif not self._out_of_view():
             own = [j.reason for j in self.document.intervals if j.reason]
-            reasons = tuple(dict.fromkeys((*REASONS, *own)))
-            palette = ReasonPalette(reasons, tr("Why reject this interval?"), self.window)
+            self.look_through.stop()
+            palette = ReasonPalette(own, tr("Why reject this interval?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
             self.document.opened.connect(palette.close)
             palette.show()
@@ -308,9 +384,7 @@ class ReviewActions:
         self.card.commit()
         judged = self.document.interval
         if judged is not None and judged.id == interval_id:
-            if reason != judged.reason:
-                self.document.do(Annotate(interval_id, judged.note, reason))
-            self.decide(Decision.REJECTED)
+            self.decide(Decision.REJECTED, reason)
 
     def focus_field(self, what: str) -> None:
         """Move the keyboard focus to a field on the card of the selected interval.

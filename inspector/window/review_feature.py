@@ -14,6 +14,7 @@ from inspector.panels.detail_card import DetailCard
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.widgets.building import bring_to_front, scrolled, vbox
+from inspector.window.look_through import LookThrough
 from inspector.window.review_actions import ReviewActions
 
 _ON_ROWS = (  # actions in the context menu of an interval
@@ -43,7 +44,9 @@ class Reviewing(FeatureParts):
         actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
         native = QKeySequence.SequenceFormat.NativeText
         self.review_actions = ReviewActions(
-            window.document, self.intervals, window.bar, self.detail, visible, window.player,
+            window.document, self.intervals, window.bar, self.detail,
+            LookThrough(window.document, self.intervals, window.player, window.viewport), visible,
+            window.player,
             window.settings, partial(bring_to_front, window.docks["intervals"]),
             lambda name: actions[name].shortcut().toString(native),
             lambda: len(queue.queue.clips) > 1, window.viewport.focus_chain,

@@ -124,6 +124,7 @@ def _full() -> dict[str, Any]:
         "theme": "dark", "recent": ["/a/b.bvh", "/a/c.bvh"], "reviewer": "Kim", "geometry": "",
         "layout": "00ff", "first_frame": 1, "step": 10, "keys": {"accept": ["A", "B"]},
         "zoom_to_interval": True, "order": "time", "reviewer_asked": True, "turn_ms": 220,
+        "look_ms": 400,
         "videos": {"/a/b.bvh": ["/a/b.mp4", 1.5]}, "folders": {"/a": folder}, "autosave": True,
         "next_after_export": True, "columns": ["chain"], "interval_sort": "-start",
         "alarm_points": 5.0, "smallest_error": 2.0, "error_draws": 3, "language": "de",

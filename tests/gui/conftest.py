@@ -135,10 +135,14 @@ def no_view_outlives_its_window():
 
 @pytest.fixture(autouse=True)
 def chain_by_chain(monkeypatch):
-    """Intervals in the order of the chains, on which most tests count; a new user's: the worst."""
+    """Intervals in the order of the chains, on which most tests count; a new user's: the worst.
+
+    The errors of a group are shown no longer than it takes to paint them.
+    """
     names = list(inspect.signature(Settings.__init__).parameters)[1:]
     defaults = list(Settings.__init__.__defaults__)
     defaults[names.index("order")] = "chain"
+    defaults[names.index("look_ms")] = 0
     monkeypatch.setattr(Settings.__init__, "__defaults__", tuple(defaults))
 
 

@@ -90,13 +90,19 @@ def judged(**changes):
 )
 def test_what_a_filter_admits(parts, admitted):
     told = "Left Arm loose strap"
-    assert IntervalFilter.read(*parts).admits(judged(), "LeftArm", lambda _: told) == admitted
+    assert IntervalFilter.read(*parts).admits(judged(), True, lambda _: told) == admitted
 
 
 def test_what_has_no_confidence_is_on_neither_side_of_a_bound():
     for bound in ("≥ 0.50", "< 0.50"):
         wanted = IntervalFilter.read("All", bound, "")
-        assert not wanted.admits(judged(confidence=None), "LeftArm", lambda _: "")
+        assert not wanted.admits(judged(confidence=None), True, lambda _: "")
+
+
+def test_an_error_of_another_chain_is_not_of_this_chain():
+    for chosen, admitted in (("All", True), ("This chain", False)):
+        wanted = IntervalFilter.read(chosen, "Any confidence", "")
+        assert wanted.admits(judged(), False, lambda _: "") == admitted
 
 
 def test_columns_go_one_by_one_as_room_gets_short():

@@ -70,6 +70,7 @@ DAMAGED = {  # what is written for a field, what is left of it
     "error_draws": [("0", 3), ("2.5", 3), ("9" * 5000, 3)],
     "language": [("5", "system"), (json.dumps("d" * 30), "system")],
     "turn_ms": [("1e15", 220), ("NaN", 220), ("Infinity", 220), ("-1", 220), ("1e999", 220)],
+    "look_ms": [("-1", 0), ("1e15", 0)],  # 0 in tests
     "folders": [
         (
             '{"/a": {"clip": "", "profile": "", "method": "", "tau": {"x": NaN}}, "/b": 1}',

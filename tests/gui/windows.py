@@ -46,11 +46,16 @@ def close_and_answer(window, wanted):
 
 
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
-    """Press a key once the selected interval is painted: a person looks first."""
+    """Press a key once the selected interval is painted: a person looks first.
+
+    Then wait until the errors of a group are shown, if the key is a decision on a group.
+    """
     if hasattr(window, "viewport"):
         qtbot.waitUntil(window.viewport.has_painted_interval)
     qtbot.keyClick(window, key, modifier)
     qtbot.wait(5)
+    if hasattr(window, "review_actions"):
+        qtbot.waitUntil(lambda: not window.review_actions.look_through.running)
 
 
 def act(window, name):

@@ -24,6 +24,7 @@ from twistcore.review import (
     Insert,
     LeaveOut,
     Redetect,
+    RejectFor,
     Review,
     Sign,
     start_review,
@@ -130,6 +131,7 @@ def commands(state):
     ids = st.sampled_from([j.id for j in state.intervals])
     return st.one_of(
         st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), BY),
+        st.builds(RejectFor, st.tuples(ids), st.text(max_size=3), BY),
         st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
         st.builds(
             lambda i, grow: Edit(

@@ -31,15 +31,14 @@ from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
     Command,
-    Decide,
     Edit,
     Insert,
     Redetect,
     Remove,
     Settle,
-    Sign,
     Track,
 )
+from twistcore.review.decisions import Decide, RejectFor, Sign
 from twistcore.review.journal import (
     REDO,
     UNDO,
@@ -65,6 +64,10 @@ EVERY = {
     Decide((1, 2), Decision.REJECTED, "Ada", "then", in_bulk=True): {
         "do": "Decide", "ids": [1, 2], "decision": "rejected", "reviewer": "Ada",
         "decided_at": "then", "in_bulk": True,
+    },
+    RejectFor((1, 2), "noise", "Ada", "then"): {
+        "do": "RejectFor", "ids": [1, 2], "reason": "noise", "reviewer": "Ada",
+        "decided_at": "then",
     },
     Sign((2,), "Ada"): {"do": "Sign", "ids": [2], "reviewer": "Ada"},
     Edit(2, twist(FOREARM), drag=7): {

@@ -31,6 +31,7 @@ from twistcore.review import (
     Insert,
     Journal,
     Redetect,
+    RejectFor,
     Remove,
     Review,
     Sign,
@@ -144,6 +145,20 @@ def test_undo_after_a_name_takes_back_the_decision_and_leaves_the_others_names()
     assert review.state.find(a).decision == Decision.UNDECIDED
     with pytest.raises(KeyError):
         review.do(Sign((999,), "Ada"))
+
+
+def test_a_rejection_with_its_reason_is_one_step():
+    review = fresh()
+    one, other, *rest = (j.id for j in review.state.intervals)
+    before = review.state
+    review.do(RejectFor((one, other), "fast but real", "Kim", "then"))
+    for judged in map(review.state.find, (one, other)):
+        said = judged.decision, judged.reason, judged.reviewer, judged.decided_at
+        assert said == (Decision.REJECTED, "fast but real", "Kim", "then")
+    assert all(review.state.find(k) is before.find(k) for k in rest)
+    assert review.history == ("Reject 2 intervals",)
+    review.undo()
+    assert review.state is before
 
 
 def test_a_command_that_fails_is_no_step():

@@ -38,6 +38,8 @@ class KindInfo:
     of_capture : bool
         True for a capture fault, which is not a twist error. Rules that make a batch fail count
         such faults only on request.
+    whole_body : bool
+        True for an error of the whole body, which is shown without the name of a chain.
     sign : str
         How an angle is written: "+" with its sign, "±" without a direction, "" for a kind without
         an angle.
@@ -98,6 +100,7 @@ class KindInfo:
     sure: float = 0.0
     doubt: str = ""
     of_capture: bool = False
+    whole_body: bool = False
     sign: str = "+"
     size: str = "delta_deg"
     weight: float | None = None

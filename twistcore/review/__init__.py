@@ -9,15 +9,14 @@ from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
     Command,
-    Decide,
     Edit,
     Insert,
     Redetect,
     Remove,
     Settle,
-    Sign,
     Track,
 )
+from twistcore.review.decisions import Decide, RejectFor, Sign
 from twistcore.review.history import Review
 from twistcore.review.journal import Journal, Recovered, recover
 from twistcore.review.left_out import LeaveOut
@@ -43,6 +42,7 @@ __all__ = [
     "LeaveOut",
     "Recovered",
     "Redetect",
+    "RejectFor",
     "Remove",
     "Review",
     "ReviewState",

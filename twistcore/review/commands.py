@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 from twistcore.detection import DETECTORS, Interval
 from twistcore.review.model import (
-    Decision,
     Judged,
     ReviewState,
     Tracking,
@@ -47,110 +45,6 @@ class Command(ABC):
         """Return True if this command continues the drag of `earlier`, so one undo reverts both."""
         del earlier
         return False
-
-
-@dataclass(frozen=True)
-class Decide(Command):
-    """Set a reviewer's decision on one or more intervals.
-
-    Parameters
-    ----------
-    ids
-        The ids of the intervals.
-    decision
-        The decision.
-    reviewer, decided_at
-        The reviewer's name and the time (ISO 8601).
-    in_bulk
-        True if all confident intervals were decided together, without viewing each one.
-    """
-
-    ids: tuple[int, ...]
-    decision: Decision
-    reviewer: str = ""
-    decided_at: str = ""
-    in_bulk: bool = False
-
-    @property
-    def text(self) -> str:
-        """The command's name in the undo menu."""
-        n = len(self.ids)
-        one, many = {
-            Decision.ACCEPTED: ("Accept interval", f"Accept {n} intervals"),
-            Decision.REJECTED: ("Reject interval", f"Reject {n} intervals"),
-            Decision.UNDECIDED: ("Reset interval", f"Reset {n} intervals"),
-        }[self.decision]
-        return one if n == 1 else many
-
-    @property
-    def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the decided intervals."""
-        return self.ids
-
-    def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision on the intervals.
-
-        If the decision is reset to undecided, the reviewer's name and the time are removed, too.
-        """
-        undecided = self.decision == Decision.UNDECIDED
-        by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
-        bulk = self.in_bulk and not undecided
-        verdict = {"decision": self.decision, "reviewer": by, "decided_at": at, "in_bulk": bulk}
-        return _replace(state, self.ids, **verdict)
-
-
-@dataclass(frozen=True)
-class Sign(Command):
-    """Add a reviewer's name to decisions that were made without a name.
-
-    Signing is not a step in the undo history, because :class:`Review` adds the name to every stored
-    state. The next undo therefore reverts the last decision, and the other decisions remain signed.
-    """
-
-    ids: tuple[int, ...]
-    reviewer: str
-
-    @property
-    def text(self) -> str:
-        """The command's name in the undo menu."""
-        return (
-            "Add name to decision"
-            if len(self.ids) == 1
-            else f"Add name to {len(self.ids)} decisions"
-        )
-
-    def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the reviewer's name added to its unsigned decisions."""
-        return self.signing(state)(state)
-
-    def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that signs the decisions in a state that are unsigned in `now`.
-
-        The function returns a state in which these decisions have the reviewer's name. If it is
-        called again with the same state, it returns the same object. A state without such decisions
-        is returned unchanged. Raises KeyError if `now` lacks one of the intervals.
-        """
-        nobody = {
-            (judged.id, judged.decided_at)
-            for judged in map(now.find, self.ids)
-            if judged.decision != Decision.UNDECIDED and not judged.reviewer
-        }
-        states: dict[ReviewState, ReviewState] = {}
-
-        def sign(state: ReviewState) -> ReviewState:
-            if state not in states:
-                ids = tuple(
-                    j.id
-                    for j in state.intervals
-                    if (j.id, j.decided_at) in nobody
-                    and j.decision != Decision.UNDECIDED
-                    and not j.reviewer
-                )
-                signed = _replace(state, ids, reviewer=self.reviewer) if ids else state
-                states[state] = signed
-            return states[state]
-
-        return sign
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +90,7 @@ class Edit(Command):
             raise ValueError(
                 "detections of this kind are not corrected; press Insert to create an interval"
             )
-        return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
+        return state.with_changes((self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
         """Return True if `earlier` edits the same interval in the same drag."""
@@ -227,7 +121,7 @@ class Annotate(Command):
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state with the note and the reason."""
-        return _replace(state, (self.id,), note=self.note, reason=self.reason)
+        return state.with_changes((self.id,), note=self.note, reason=self.reason)
 
 
 @dataclass(frozen=True, eq=False)
@@ -493,13 +387,3 @@ def _merged(
 def _replaces(kept: Interval, found: Interval, common: int) -> bool:
     union = kept.frames + found.frames - common
     return common >= 0.5 * union or common >= 0.8 * found.frames
-
-
-def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> ReviewState:
-    for interval_id in ids:
-        state.find(interval_id)
-    wanted = set(ids)
-    changed = tuple(replace(j, **changes) if j.id in wanted else j for j in state.intervals)
-    if "interval" in changes:
-        return state.with_intervals(changed)
-    return replace(state, intervals=changed)  # without sorting, which speeds up long journals

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterable
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.detection import Interval
-from twistcore.review.commands import Command, Decide, Insert, Sign
+from twistcore.review.commands import Command, Insert
+from twistcore.review.decisions import Decide, Sign
 from twistcore.review.model import Decision, Judged, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
 from twistcore.skeleton.chain import Chain

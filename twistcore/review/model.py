@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 from enum import StrEnum
 from operator import attrgetter
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -334,6 +335,19 @@ class ReviewState:
         return replace(
             self, intervals=tuple(ordered), next_id=self.next_id if next_id is None else next_id
         )
+
+    def with_changes(self, ids: Collection[int], **changes: Any) -> ReviewState:
+        """Return a copy of the state with these fields of some intervals changed.
+
+        Raises KeyError if an id does not exist.
+        """
+        for interval_id in ids:
+            self.find(interval_id)
+        wanted = set(ids)
+        changed = tuple(replace(j, **changes) if j.id in wanted else j for j in self.intervals)
+        if "interval" in changes:
+            return self.with_intervals(changed)
+        return replace(self, intervals=changed)  # without sorting, which speeds up long journals
 
 
 def start_review(
