@@ -13,7 +13,6 @@ from inspector.recording.svg_file import png_of, svg_of
 
 _MM = 25.4  # millimetres per inch
 _LONGEST = 32_767  # maximum width and height in pixels, beyond which Qt paints nothing
-PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:

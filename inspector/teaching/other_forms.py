@@ -77,7 +77,6 @@ class OtherForms(QWidget):
         self._add(grid, 7, "euler", "child", soft(QLabel()))
         self._add(grid, 8, "euler", "lock", QLabel())
         grid.setColumnStretch(2, 1)
-        self._only: frozenset[str] = frozenset()
         self.head.toggled.connect(self._arrange)
         self.minus.toggled.connect(self.refresh)
         typesetter.ready.connect(self._measured)

@@ -13,9 +13,9 @@ from twistcore.skeleton.joint_names import (
     ROLES,
     default_vocabulary,
     interpret_names,
-    is_helper,
-    read_vocabulary,
+    read_words,
     reinterpreted_names,
+    vocabulary_of,
 )
 from twistcore.skeleton.joint_vocabulary import default_words
 from twistcore.skeleton.known_words_file import PLACE, known_words
@@ -145,12 +145,12 @@ def test_bytes_of_no_encoding_are_no_error():
      "CC_Base_L_ElbowShareBone", "LeftForeArmTwist", "lForearmTwist", HAND_TWIST, "lowerarmtwist"],
 )  # fmt: skip
 def test_helpers(name):
-    assert is_helper(name)
+    assert interpret_names([name])[0].helper
 
 
 @pytest.mark.parametrize("name", ["Controller", "LeftForeArm", "lForearmBend", "左手", "scroll_L"])
 def test_no_helpers(name):
-    assert not is_helper(name)
+    assert not interpret_names([name])[0].helper
 
 
 def test_a_twist_bone_says_in_which_bone_it_lies():
@@ -223,7 +223,7 @@ def own(tmp_path):
     def written(text):
         path = tmp_path / "names.toml"
         path.write_text(text, "utf-8")
-        return read_vocabulary(path)
+        return vocabulary_of(read_words(path))
 
     return written
 
@@ -278,7 +278,7 @@ def test_a_damaged_file_is_reported_with_its_line(own, text, facts):
 
 def test_a_file_that_is_not_there(tmp_path):
     with refused(TwistError, "none.toml"):
-        read_vocabulary(tmp_path / "none.toml")
+        read_words(tmp_path / "none.toml")
 
 
 def test_own_words_count_in_a_batch():

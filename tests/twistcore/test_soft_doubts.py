@@ -12,7 +12,7 @@ from tests.twistcore.test_silent_errors import bump, put_in
 from tests.twistcore.test_silent_errors import made as with_hinges
 from tests.twistcore.test_surprise import FRAMES, bad_frames, made
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.soft_errors import Known, soft_errors, soft_intervals
+from twistcore.detection.soft_errors import Known, search, soft_intervals
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
@@ -312,8 +312,9 @@ def test_where_nothing_lively_is_found_it_is_not_sought_again(monkeypatch):
 # All together
 
 
-def soft_of(s, known=()):
-    return soft_errors(s.limbs, s.fps, s.cut, known)
+def soft_of(s, known=(), limbs=None):
+    searched = search(limbs or s.limbs, s.fps, s.cut, known)
+    return searched.found, searched.replaced
 
 
 @pytest.mark.parametrize("row", [2, 3])
@@ -343,17 +344,17 @@ def test_an_error_of_lively_joints_stands_for_what_was_known_wrongly():
     s.remove_error(2, 60, -0.4 * ramp)
     _refresh(s)
     limbs = type(s.limbs)(s.joints, s.limbs.axes)
-    (found,), replaced = soft_errors(limbs, s.fps, s.cut, [])
+    (found,), replaced = soft_of(s, [], limbs)
     assert (found.row, replaced) == (2, [])
     wanted = np.zeros(FRAMES)
     wanted[60:90] = 0.4 * ramp
     np.testing.assert_allclose(found.offset, wanted[found.start : found.stop], atol=0.05)
     right, wrong = (Known(2, 60, v * ramp) for v in (0.4, 0.15))
-    assert soft_errors(limbs, s.fps, s.cut, [right]) == ([], [])
-    (again,), replaced = soft_errors(limbs, s.fps, s.cut, [wrong])
+    assert soft_of(s, [right], limbs) == ([], [])
+    (again,), replaced = soft_of(s, [wrong], limbs)
     assert (again.row, replaced) == (2, [wrong])
     firm = replace(wrong, firm=True)
-    assert soft_errors(limbs, s.fps, s.cut, [firm]) == ([], [])  # what is firm is not doubted
+    assert soft_of(s, [firm], limbs) == ([], [])  # what is firm is not doubted
 
 
 def half_silent(seed=4):

@@ -15,7 +15,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
-from twistcore.detection.soft_errors import Known, soft_errors
+from twistcore.detection.soft_errors import Known, search
 from twistcore.detection.soft_errors.silent_joints import error_runs, level_if_silent, silent_sides
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -102,7 +102,6 @@ SHAPES = {
     "staircase": np.repeat([THIRTY / 3, 2 * THIRTY / 3, THIRTY], 9),
     "noise": np.radians(5.0) * np.random.default_rng(3).standard_normal(30),
 }
-SOFTEST = {k: SHAPES[k] for k in ("ramp of 8", "low-passed at 10 Hz", "low-passed at 6 Hz")}
 CHAINS = ("LeftArm", "RightForeArm", "LeftUpLeg", "RightLeg")
 
 
@@ -360,12 +359,14 @@ def test_what_is_known_rightly_stays_and_what_is_known_wrongly_is_replaced():
     surprise, rows = surprise_of(dirty, "RightForeArm")
     row, cut = rows["RightForeArm"], surprise.cut
     known = Known(row, 150, SHAPES["ramp of 8"])
-    assert soft_errors(surprise.limbs, FPS, cut, [known]) == ([], [])
+    right = search(surprise.limbs, FPS, cut, [known])
+    assert (right.found, right.replaced) == ([], [])
     wrong = Known(row, 150, 0.5 * SHAPES["ramp of 8"])
-    (found,), replaced = soft_errors(surprise.limbs, FPS, cut, [wrong])
+    searched = search(surprise.limbs, FPS, cut, [wrong])
+    (found,) = searched.found
     assert found.row == row
     np.testing.assert_allclose(found.offset, full[found.start : found.stop], atol=np.radians(0.1))
-    assert replaced == [wrong]
+    assert searched.replaced == [wrong]
 
 
 def test_errors_are_taken_out_exactly_with_their_images():
@@ -420,8 +421,8 @@ def test_a_clip_too_short_for_any_span_is_left_alone():
     motion = clip("walk.bvh").sliced(0, 20)
     surprise, _ = surprise_of(motion)
     assert surprise.spans == ()
-    none = soft_errors(surprise.limbs, FPS, surprise.cut, [])
-    assert none == ([], [])
+    none = search(surprise.limbs, FPS, surprise.cut, [])
+    assert (none.found, none.replaced) == ([], [])
     assert soft_of(motion) == []
 
 

@@ -145,6 +145,11 @@ def plain_run(s, limb, in_vain):
     return found, every
 
 
+def all_found(search):
+    search_all([search], search._surprise, math.inf)
+    return search.found
+
+
 @parametrize("seed", range(14), quick=4)
 def test_the_search_finds_what_a_plain_one_does(seed, monkeypatch):
     in_vain = (20, 3, 1)[seed % 3]
@@ -155,7 +160,7 @@ def test_the_search_finds_what_a_plain_one_does(seed, monkeypatch):
     asked = list(Explained.made)
     Explained.made.clear()
     search = Search(s, limb)
-    found = search.run()
+    found = all_found(search)
     assert [(f.row, f.start, f.stop, f.gain) for f in found] == [
         (w.row, w.start, w.stop, w.gain) for w in wanted
     ]
@@ -191,7 +196,7 @@ def test_what_an_error_gains_is_asked_of_its_chain_and_those_beside(start, frame
 def test_a_limb_without_seeds_is_not_searched(explained):
     s = made(2, cuts=())
     s.measure(np.zeros((s.rows, FRAMES), dtype=bool))
-    assert Search(s, [0, 2, 4]).run() == []
+    assert all_found(Search(s, [0, 2, 4])) == []
     assert explained == []
 
 
@@ -250,7 +255,7 @@ def two_limbs(seed):
 
 @pytest.mark.parametrize("seed", [0, 4, 10])
 def test_limbs_searched_together_find_what_each_finds_alone(seed):
-    alone = [search.run() for search in searches_of(two_limbs(seed))]
+    alone = [all_found(search) for search in searches_of(two_limbs(seed))]
     s = two_limbs(seed)
     together = searches_of(s)
     assert search_all(together, s, math.inf)

@@ -15,7 +15,7 @@ from tests.twistcore.test_soft_errors import (
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection.consistency.confidence import confidence
 from twistcore.detection.consistency.detector import _by_itself, _limbs, find_jumps
-from twistcore.detection.soft_errors import Known, soft_errors
+from twistcore.detection.soft_errors import Known, search
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, marked_if_unsure
 from twistcore.detection.soft_errors.softened_level import level_courses, ramp
@@ -85,9 +85,9 @@ def test_what_a_straight_limb_tells_no_soft_error_moves():
     told = np.full(20, np.radians(4.0))
     for firm in (False, True):
         known = [Known(row, 160, told, firm=firm)]
-        found, replaced = soft_errors(surprise.limbs, FPS, surprise.cut, known)
-        assert any(f.row == row for f in found) is not firm
-        assert replaced == ([] if firm else known)
+        searched = search(surprise.limbs, FPS, surprise.cut, known)
+        assert any(f.row == row for f in searched.found) is not firm
+        assert searched.replaced == ([] if firm else known)
 
 
 def test_sizes_are_those_that_leave_least_whatever_else_is_there():

@@ -80,7 +80,7 @@ def test_curves_of_clips_add():
     assert both.errors == 2000
     assert both.minutes == 4.0
     np.testing.assert_allclose(both.fsr, [0.015, 0.005])
-    np.testing.assert_allclose(both.alarms_per_minute, [0.75, 0.0])
+    np.testing.assert_array_equal(both.alarms, [3, 0])
 
 
 def test_a_profile_comes_back(tmp_path):
@@ -296,7 +296,6 @@ def test_in_no_minute_nothing_is_known_of_alarms(tmp_path):
     none = TauCurve(np.radians([1.0, 2.0]), np.zeros(2), 0, np.zeros(2), 0.0, (0.01,))
     cost = none.cost(0.02)
     assert math.isnan(cost.rate)
-    assert np.isnan(none.alarms_per_minute).all()
     assert count_words(cost) == "–"
     assert numbers(alarm_words(cost)) == []
     write_profile(tmp_path / "p.toml", {"A": tuned(none)}, "clips", "consistency")

@@ -28,14 +28,6 @@ def read_file(path: Path | str) -> bytes:
         return file.read()
 
 
-def read_text_file(path: Path | str) -> str:
-    """Return the text of a UTF-8 file, without a byte order mark.
-
-    Raises OSError, or UnicodeDecodeError if the text is not UTF-8.
-    """
-    return read_file(path).decode("utf-8-sig")
-
-
 def open_to_read(path: Path | str) -> BufferedReader:
     """Open a regular file for reading. Raises OSError, also for a FIFO, a socket or a device.
 

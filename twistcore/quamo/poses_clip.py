@@ -20,7 +20,6 @@ from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_an
 
 # The rotation about x, in radians, from a file with this axis up to a clip with y up.
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}
-UPS = tuple(_TURNS)
 
 
 def read_poses(

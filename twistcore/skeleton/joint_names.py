@@ -19,7 +19,6 @@ from twistcore.skeleton.joint_vocabulary import (
     default_vocabulary,
     folded,
     parse_joint_meaning,
-    read_vocabulary,
     read_words,
     vocabulary_of,
 )
@@ -35,9 +34,7 @@ __all__ = [
     "Vocabulary",
     "default_vocabulary",
     "interpret_names",
-    "is_helper",
     "parse_joint_meaning",
-    "read_vocabulary",
     "read_words",
     "reinterpreted_names",
     "vocabulary_of",
@@ -84,11 +81,6 @@ def _said(joint: JointName) -> str:
     if joint.helper or joint.other:
         return "helper" if joint.helper else "other"
     return f"{joint.side} {joint.roles[0]}".lower() if joint.side and joint.roles else "unknown"
-
-
-def is_helper(name: str) -> bool:
-    """Return True if a name means a helper: a joint that only distributes the twist of its bone."""
-    return interpret_names([name])[0].helper
 
 
 @lru_cache(maxsize=16)

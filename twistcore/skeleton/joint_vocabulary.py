@@ -77,11 +77,6 @@ class JointName:
     trunk: bool = False
     word: str = ""
 
-    @property
-    def no_limb(self) -> bool:
-        """Return True if the name means a part of the head, a hand or a prop."""
-        return self.other
-
 
 @dataclass(frozen=True)
 class Meaning:
@@ -175,14 +170,6 @@ def default_words() -> Vocabulary:
     :func:`default_vocabulary` returns the same vocabulary faster.
     """
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
-
-
-def read_vocabulary(path: Path) -> Vocabulary:
-    """Read the user's word file and add its words to the default vocabulary.
-
-    Raises TwistError if the file cannot be read, and FormatError if it is invalid.
-    """
-    return vocabulary_of(read_words(path))
 
 
 def read_words(path: Path) -> dict[str, Any]:

@@ -77,12 +77,6 @@ class TauCurve:
         return self._drawn.band
 
     @property
-    def alarms_per_minute(self) -> Array:
-        """Return the number of false alarms per minute, shape (n,), or NaN without clips."""
-        rate: Array = self.alarms / (self.minutes or nan)
-        return rate
-
-    @property
     def floor(self) -> float:
         """Return the lowest τ that can be suggested: the median noise of the clips, in radians."""
         return float(np.median(self.noise)) if self.noise else 0.0

@@ -5,7 +5,6 @@ from twistcore.detection.soft_errors.soft_intervals import (
     Known,
     budget_of,
     search,
-    soft_errors,
     soft_interval,
     unsearched_sentences,
 )
@@ -15,7 +14,6 @@ __all__ = [
     "SoftError",
     "budget_of",
     "search",
-    "soft_errors",
     "soft_interval",
     "unsearched_sentences",
 ]

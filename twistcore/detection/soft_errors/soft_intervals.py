@@ -85,18 +85,6 @@ class Searched:
     left: Mask
 
 
-def soft_errors(
-    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
-) -> tuple[list[SoftError], list[Known]]:
-    """Search limbs for soft errors without a budget.
-
-    Returns the soft errors and the known intervals that they replace. The parameters have the same
-    meaning as in :func:`search`.
-    """
-    searched = search(limbs, fps, cut, known)
-    return searched.found, searched.replaced
-
-
 def budget_of(frames: int, joints: int) -> float:
     """Return the work allowed for all searches in a clip, in the units of `Surprise.work`."""
     return BUDGET * joints * max(frames, LEAST_FRAMES)

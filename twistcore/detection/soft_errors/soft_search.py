@@ -64,7 +64,7 @@ class Search:
     """
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
-        self._surprise, self._limb = surprise, limb
+        self._surprise = surprise
         self._gain: dict[tuple[int, int], Array] = {}
         self._top: dict[tuple[int, int], Seed | None] = {}
         self._explained: dict[int, dict[Seed, Explanations]] = {}
@@ -102,12 +102,6 @@ class Search:
         position = int(gain.argmax())
         value = float(gain[position])
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
-
-    def run(self) -> list[SoftError]:
-        """Remove all soft errors of the limb from the motion, and return them."""
-        while (top := self.next()) is not None:
-            self.explain(top)
-        return self.found
 
     def next(self) -> Seed | None:
         """Return the strongest remaining seed, or None if the search is finished.
