@@ -168,5 +168,5 @@ def _judged(
             Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=True)
         )
     confidence = np.array([one.correction.confidence for one in rows])
-    stated = stated_precision(confidence, [one.verdict for one in rows], ENOUGH_STATED)
+    stated = stated_precision(confidence, [one.verdict for one in rows])
     return tuple(rows[k] for k in informative_order(confidence)), stated, still

@@ -120,14 +120,9 @@ class FigureEvidence:
         The index of the joint that stores the position of the figure, or None.
     """
 
-    clip: object
     joints: JointQuality
     figure: FigureQuality | None
     placed: int | None
-
-    def column(self, measure: int) -> Array:
-        """Return a quality measure for each joint, (joints,); see :func:`column_of`."""
-        return column_of(self.joints, measure)
 
     def curve(self, measure: int, joint: int) -> Array:
         """Return a quality measure of one joint for each frame, (frames,); see :func:`curve_of`."""
@@ -196,4 +191,4 @@ def _work(data: Analysed) -> FigureEvidence:
     # A T-pose in the first frames was not captured, so the jump after it is not jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
-    return FigureEvidence(data.clip, joints, both[0] if both else None, placed_joint(data.motion))
+    return FigureEvidence(joints, both[0] if both else None, placed_joint(data.motion))

@@ -90,7 +90,7 @@ class JointsModel(RowModel[_Joint]):
         if known is None:
             self.show(())
             return
-        columns = [known.column(k) for k in range(len(MEASURES))]
+        columns = [column_of(known.joints, k) for k in range(len(MEASURES))]
         joints = [
             _Joint(
                 j,

@@ -240,11 +240,9 @@ def _belongs(session: Session, clip: Clip) -> bool:
     return True
 
 
-def analyse_clip(
-    clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
-) -> Analysed:
-    """Analyse a clip that has already been read. `tell` is called with the progress."""
-    found, missing = _searched(clip, profile, tell, rig)
+def analyse_clip(clip: Clip, profile: Profile | None = None) -> Analysed:
+    """Analyse a clip that has already been read."""
+    found, missing = _searched(clip, profile, nobody, AS_FOUND)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
 

@@ -40,7 +40,6 @@ def test_a_smoothed_span_is_found_with_its_joint_and_frames(seconds):
     assert span.joint == ARM
     assert abs(span.start - START) <= 8
     assert abs(span.stop - STOP) <= 8
-    assert span.times > 10.0
 
 
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball", "kick", "walk_injected"])

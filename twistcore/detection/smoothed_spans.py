@@ -47,15 +47,11 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which a joint's motion was smoothed or a gap in it was filled.
-
-    `times` is the ratio of the joint's fine movement in most of the clip to that in the span.
-    """
+    """Frames [start, stop) in which a joint's motion was smoothed or a gap in it was filled."""
 
     joint: int
     start: int
     stop: int
-    times: float
 
 
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
@@ -216,12 +212,11 @@ class _Joint:
     others: int
     least: int
 
-    def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the exact frames of a suspected span and its smoothing factor, or None.
+    def confirmed(self, start: int, stop: int) -> tuple[int, int] | None:
+        """Return the exact frames [start, stop) of a suspected span, or None if it is not smoothed.
 
         `start` and `stop` are the indices of the first suspected window and of the window after the
-        last. The result is (start, stop, factor), with `start` and `stop` in frames. It is None if
-        the joint is not smoothed.
+        last.
         """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
@@ -236,17 +231,16 @@ class _Joint:
         slower = pace <= max(own, np.partition(pace, others - 1)[others - 1])
         pace, fine = pace[slower], fine[slower]
         expected = fine - _PACE * np.maximum(0.0, pace - own)
-        finer = float(_quantile(expected, _NEARLY_ALL)) - level
-        if finer < _FINER:
+        if float(_quantile(expected, _NEARLY_ALL)) - level < _FINER:
             return None
         border = level + min(0.5 * (float(_quantile(fine, _NEARLY_ALL)) - level), _BORDER)
         low, high = max(0, start * self.step - self.half), stop * self.step + self.half
         even = _mean_around(self.every[low:high], _EVEN) < border
-        parts = runs(~_without_short(~even, _EVEN))
+        parts = runs(~_without_short(~even))
         first, last = max(parts, key=lambda r: r[1] - r[0], default=(0, 0))
         if last - first < self.least:
             return None
-        return low + first, low + last, 10.0**finer
+        return low + first, low + last
 
 
 def _quantile(values: Array, share: float) -> Array:
@@ -259,10 +253,10 @@ def _quantile(values: Array, share: float) -> Array:
     return row
 
 
-def _without_short(mask: Mask, least: int) -> Mask:
-    """Return a copy of a mask without runs of True that are shorter than `least` frames."""
+def _without_short(mask: Mask) -> Mask:
+    """Return a copy of a mask without runs of True that are shorter than _EVEN frames."""
     out = mask.copy()
     for start, stop in runs(mask):
-        if stop - start < least:
+        if stop - start < _EVEN:
             out[start:stop] = False
     return out

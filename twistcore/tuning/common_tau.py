@@ -34,15 +34,12 @@ class ChainTau:
     apart
         True if `own` costs less than the common τ, even on verdicts that were not used to choose
         `own`.
-    gain
-        The reduction of the cost if `own` is used, as a fraction of the chain's errors.
     """
 
     chain: str
     curve: VerdictCurve
     own: Suggestion | None
-    apart: bool = False
-    gain: float = 0.0
+    apart: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +156,7 @@ def common_tau(
     curves = {name: verdict_curve(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
     tested = sum(o is not None for o in own.values())
-    apart: dict[str, float] = {}
+    apart: set[str] = set()
     while True:
         rest = [clip.without(apart) for clip in clips]
         common = verdict_curve(rest).suggested(price, smallest, seed=seed)
@@ -174,16 +171,15 @@ def common_tau(
         if not new:
             break
         # Only one chain at a time, since the common τ then changes.
-        most = max(new, key=lambda name: new[name])
-        apart[most] = new[most]
+        apart.add(max(new, key=lambda name: new[name]))
     common = common or verdict_curve(clips).suggested(price, smallest)
     chains = []
     for name in names:
-        mine, gain = own[name], apart.get(name, 0.0)
+        mine = own[name]
         # The common τ has changed as chains were excluded, and may now suit an excluded chain.
         better = mine and common and max(_differences(curves[name], mine, common)) > 0
         needs = name in apart and bool(better)
-        chains.append(ChainTau(name, curves[name], mine, needs, gain if needs else 0.0))
+        chains.append(ChainTau(name, curves[name], mine, needs))
     return CommonTau(common, tuple(chains))
 
 

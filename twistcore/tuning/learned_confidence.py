@@ -157,31 +157,30 @@ def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
     return LearnedConfidence(float(shift), math.exp(log_scale), accepted, len(given) - accepted)
 
 
-def held_out_confidence(given: ConfidenceVerdicts, folds: int = FOLDS, seed: int = 0) -> Array:
+def held_out_confidence(given: ConfidenceVerdicts) -> Array:
     """Return the learned confidence of each interval, fitted without the verdicts on its clip.
 
-    The result has the shape (n,). The clips are held out in `folds` groups, or one by one if there
-    are fewer clips. With a single clip, groups of verdicts are held out. `seed` seeds the
-    assignment to groups.
+    The result has the shape (n,). The clips are held out in FOLDS random groups, or one by one if
+    there are fewer clips. With a single clip, groups of verdicts are held out.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     group = given.clip
     if len(np.unique(group)) < 2:
         group = np.arange(len(given), dtype=float)
     names = rng.permutation(np.unique(group))
     out = np.array(given.confidence, dtype=float)
-    for fold in range(min(folds, len(names))):
-        apart = np.isin(group, names[fold::folds])
+    for fold in range(min(FOLDS, len(names))):
+        apart = np.isin(group, names[fold::FOLDS])
         out[apart] = fit_confidence(given[~apart]).of(given.confidence[apart])
     return out
 
 
-def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
+def reliability(confidence: Array, accepted: Mask) -> Reliability:
     """Return the fraction of accepted intervals in bins of similar confidence.
 
     `confidence` and the mask `accepted` have the shape (n,).
     """
-    of = np.minimum((confidence * bins).astype(int), bins - 1)
+    of = np.minimum((confidence * BINS).astype(int), BINS - 1)
     rows: list[Bin] = []
     for b in np.unique(of):
         here = of == b

@@ -114,9 +114,7 @@ def informative_order(confidence: Array) -> list[int]:
     return [int(by_confidence[place]) for place in dict.fromkeys(places)]
 
 
-def stated_precision(
-    confidence: Array, verdicts: Sequence[bool | None], least: int = ENOUGH_STATED
-) -> StatedPrecision | None:
+def stated_precision(confidence: Array, verdicts: Sequence[bool | None]) -> StatedPrecision | None:
     """Return the estimated precision of the corrections without a verdict.
 
     Parameters
@@ -125,17 +123,15 @@ def stated_precision(
         The detector's confidence in each correction.
     verdicts : sequence of n bool or None
         True for an accepted correction, False for a rejected one, None without a verdict.
-    least : int
-        Minimum number of verdicts.
 
     Returns
     -------
     StatedPrecision or None
-        None if there are fewer than `least` verdicts, or if every correction has one.
+        None if there are fewer than ENOUGH_STATED verdicts, or if every correction has one.
     """
     known = np.array([v is not None for v in verdicts], dtype=bool)
     count, left = int(known.sum()), int((~known).sum())
-    if count < least or not left:
+    if count < ENOUGH_STATED or not left:
         return None
     accepted = np.array([v for v in verdicts if v is not None], dtype=bool)
     adjusted = fit_confidence(ConfidenceVerdicts(confidence[known], accepted, np.zeros(count)))

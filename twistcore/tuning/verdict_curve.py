@@ -24,13 +24,12 @@ DRAWS = 400
 _SAME = 1e-9  # relative rounding error of a τ
 
 
-def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Return the lower and upper Wilson bounds of the fraction `part / whole`.
+def wilson(part: Array, whole: Array) -> tuple[Array, Array]:
+    """Return the lower and upper Wilson bounds of the fraction `part / whole`, at LEVEL.
 
-    `z` is the quantile of the normal distribution. By default, the confidence level is 90 %. Where
-    `whole` is 0, the bounds are 0 and 1.
+    Where `whole` is 0, the bounds are 0 and 1.
     """
-    part, n = np.asarray(part, float), np.asarray(whole, float)
+    z, part, n = _Z, np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part / n
         middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)

@@ -42,7 +42,7 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
         found, not_found = _limbs_of_one(shape)
         lines += (replace(line, person=person.name) for line in found)
         missing += (replace(limb, person=person.name) for limb in not_found)
-    return Body(skeleton, names, tuple(lines), tuple(missing), people)
+    return Body(skeleton, names, tuple(lines), tuple(missing))
 
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:

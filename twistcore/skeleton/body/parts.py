@@ -6,7 +6,6 @@ from functools import cached_property
 
 from twistcore.skeleton.joint_names import JointName
 from twistcore.skeleton.motion import Skeleton
-from twistcore.skeleton.people import Person
 from twistcore.work.frozen import dataclass
 
 # The names of a limb's bones, from the trunk outwards. A bone is named after its first joint.
@@ -126,15 +125,12 @@ class Body:
         The limbs, person by person.
     missing
         Arms, legs and parts of them that were not found.
-    people
-        The people in the skeleton.
     """
 
     skeleton: Skeleton
     names: tuple[JointName, ...]
     lines: tuple[LimbLine, ...]
     missing: tuple[Unexamined, ...] = ()
-    people: tuple[Person, ...] = ()
 
     @cached_property
     def joint_roles(self) -> tuple[str, ...]:
