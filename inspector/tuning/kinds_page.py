@@ -35,26 +35,6 @@ _FEWEST = 8  # minimum number of rows for which there is room, so that bars are 
 _ROOM = 66.0  # room for numbers to the right of 100 %, in per cent of the axis
 
 
-class _NamedRows(Axis):
-    """A vertical axis with row names as labels. The first row is at the top.
-
-    Attributes
-    ----------
-    names
-        The names of the rows. Row k has the position −k.
-    """
-
-    names: tuple[str, ...] = ()
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the positions of all rows as the only level of ticks."""
-        return [(1.0, [float(-k) for k in range(len(self.names))])]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the names of the rows at the given positions."""
-        return [self.names[round(-value)] for value in values]
-
-
 class KindBars(Canvas):
     """A plot of the precision and recall of groups of verdicts, one group in each row.
 
@@ -69,7 +49,7 @@ class KindBars(Canvas):
     """
 
     def __init__(self, colours: Colours) -> None:
-        self._rows = _NamedRows("left")
+        self._rows = Axis("left")
         super().__init__({"left": self._rows, "bottom": PercentAxis("bottom")})
         self.set_type(figures_font(8.0))
         self.axes["bottom"].setHeight(_AXIS_HEIGHT)
@@ -97,11 +77,10 @@ class KindBars(Canvas):
 
     def show_counts(self, counts: Mapping[str, VerdictCount]) -> None:
         """Plot verdict counts, keyed by group name."""
-        self._rows.names = tuple(counts)
+        self._rows.setTicks([[(float(-k), name) for k, name in enumerate(counts)]])
         metrics = QFontMetricsF(figures_font(8.0))
         widest = max((metrics.horizontalAdvance(name) for name in counts), default=0.0)
         self._rows.setWidth(widest + _NAME_GAP)
-        self._rows.picture = None
         every = list(counts.values())
         rows = -np.arange(len(every), dtype=np.float64)
         share, low, high = _percent([count.score.precision for count in every])

@@ -19,18 +19,6 @@ LABEL_ROOM = 17.0  # pixels between two labels of a vertical axis
 _LINE_WIDTH = 1.6
 
 
-class _DegreesAxis(Axis):
-    """An axis of degrees on a logarithmic scale."""
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return tick positions at round numbers of degrees."""
-        return [(1.0, [float(np.log10(d)) for d in _DEGREES])]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the tick labels in degrees."""
-        return [f"{10**v:.3g}°" for v in values]
-
-
 class _WholeAxis(Axis):
     """An axis with ticks at whole numbers only."""
 
@@ -51,7 +39,8 @@ class TauPlot(Canvas):
     dropped = Signal()
 
     def __init__(self, left: pg.AxisItem) -> None:
-        bottom, right = _DegreesAxis("bottom"), _WholeAxis("right")
+        bottom, right = Axis("bottom"), _WholeAxis("right")
+        bottom.setTicks([[(float(np.log10(d)), f"{d:g}°") for d in _DEGREES]])
         super().__init__({"left": left, "bottom": bottom, "right": right})
         self.grid.setContentsMargins(0, 2, 2, 0)
         self.set_type(figures_font(8.0))

@@ -101,18 +101,6 @@ class PrecisionPlot(TauPlot):
             self.between.setRegion((float(ends[0]), float(ends[1])))
 
 
-class _ShareAxis(Axis):
-    """An axis from 0 to 1 with a tick at every 0.2."""
-
-    def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick positions."""
-        return [(0.2, [float(v) for v in np.linspace(0.0, 1.0, 6)])]
-
-    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the tick labels, with one decimal."""
-        return [f"{v:.1f}" for v in values]
-
-
 class ReliabilityPlot(Canvas):
     """A plot of the share of accepted intervals over the confidence, before and after learning.
 
@@ -121,7 +109,9 @@ class ReliabilityPlot(Canvas):
     """
 
     def __init__(self, colours: Colours) -> None:
-        super().__init__({"left": _ShareAxis("left"), "bottom": _ShareAxis("bottom")})
+        super().__init__({side: Axis(side) for side in ("left", "bottom")})
+        for axis in self.axes.values():
+            axis.setTicks([[(k / 5, f"{k / 5:.1f}") for k in range(6)]])
         self.set_type(figures_font(8.0))
         self.axes["left"].setWidth(_AXIS_WIDTH)
         self.axes["bottom"].setHeight(_AXIS_HEIGHT)
