@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from twistcore.detection.all_joints.joint_steps import StepLimits
 from twistcore.detection.capture_faults import find_bursts
 from twistcore.detection.evidence import ChainSignals, usual_side
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.lone_jumps import chain_of_joint, find_lone_jumps
 from twistcore.detection.runs import runs
 from twistcore.detection.stretches import find_stretches
@@ -118,7 +117,9 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             if _jumps(hinge.flexion, start, stop, motion.fps):
                 continue
             if not _explained_by(_others(search, chain), start, stop):
-                one = _interval(own.name, names[chain.child], start, stop, back, hinge.limit)
+                joint, size = names[chain.child], math.radians(back)
+                evidence = {"joint": joint, "backward_deg": back, "limit_deg": hinge.limit}
+                one = open_interval(Kind.BACKWARD_BEND, own.name, start, stop, size, evidence)
                 found.setdefault(own.name, []).append(one)
     return found
 
@@ -152,19 +153,4 @@ def _explained_by(others: Sequence[Interval], start: int, stop: int) -> bool:
             abs(edge - own) <= _BESIDE for edge in (one.start, one.stop) for own in (start, stop)
         )
         for one in others
-    )
-
-
-def _interval(chain: str, joint: str, start: int, stop: int, back: float, limit: float) -> Interval:
-    evidence = {"joint": joint, "backward_deg": back, "limit_deg": limit}
-    return Interval(
-        chain,
-        start,
-        stop,
-        np.zeros(stop - start),
-        open=True,
-        residual=math.radians(back),
-        explain=partial(dict, evidence),
-        kind=Kind.BACKWARD_BEND,
-        joint=joint,
     )

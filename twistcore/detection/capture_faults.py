@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import partial
-from typing import Any
-
-import numpy as np
 
 from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans, limb_of
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.lone_jumps import chain_of_joint
 from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
 from twistcore.detection.runs import overlapping
@@ -98,7 +94,7 @@ def frozen_intervals(
         chain = first[limb]
         joint = motion.skeleton.names[chain.parent]
         evidence = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
-        found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, evidence))
+        found[chain.name].append(open_interval(Kind.FROZEN, chain.name, start, stop, 0.0, evidence))
     return {name: tuple(own) for name, own in found.items()}
 
 
@@ -124,21 +120,8 @@ def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Inte
         "sigma_deg": most.degrees,
     }
     start, stop = min(b.start for b in span), max(b.stop for b in span)
-    return _fault(Kind.NOISE_BURST, chain, start, stop, evidence)
-
-
-def _fault(kind: Kind, chain: str, start: int, stop: int, evidence: dict[str, Any]) -> Interval:
-    return Interval(
-        chain,
-        start,
-        stop,
-        np.zeros(stop - start),
-        open=True,
-        residual=math.radians(evidence.get("sigma_deg", 0.0)),
-        explain=partial(dict, evidence),
-        kind=kind,
-        joint=evidence["joint"],
-    )
+    sigma = math.radians(most.degrees)
+    return open_interval(Kind.NOISE_BURST, chain, start, stop, sigma, evidence)
 
 
 def frozen_sentence(spans: int) -> str:

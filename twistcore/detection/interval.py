@@ -15,7 +15,7 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-__all__ = ["Interval", "Kind", "circular_median"]
+__all__ = ["Interval", "Kind", "circular_median", "open_interval"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,6 +224,26 @@ class Interval:
         """
         start, stop = max(self.start, low), min(self.stop, high)
         return self.with_offset(start - low, self.offset[start - self.start : stop - self.start])
+
+
+def open_interval(
+    kind: Kind, chain: str, start: int, stop: int, residual: float, evidence: dict[str, Any]
+) -> Interval:
+    """Return an open interval without an offset. `residual` is in radians.
+
+    The item 'joint' of `evidence` is the name of the joint that has the error.
+    """
+    return Interval(
+        chain,
+        start,
+        stop,
+        np.zeros(stop - start),
+        open=True,
+        residual=residual,
+        explain=partial(dict, evidence),
+        kind=kind,
+        joint=evidence["joint"],
+    )
 
 
 def circular_median(angles: Array) -> float:

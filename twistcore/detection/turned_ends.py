@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import partial
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from twistcore.detection.all_joints.finders import owners
 from twistcore.detection.all_joints.joint_steps import LONGEST
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp
 
@@ -107,24 +107,13 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
         if _smaller(turns) < SMALLEST or apart > APART:
             continue
         turn = float(geodesic_angle(common_turn(turns), _STILL))
-        joint = motion.skeleton.names[end]
         evidence = {
-            "joint": joint,
+            "joint": motion.skeleton.names[end],
             "turn_deg": math.degrees(turn),
             "apart_deg": math.degrees(apart),
         }
-        yield Interval(
-            owner[end].name,
-            start,
-            stop,
-            np.zeros(stop - start),
-            open=True,
-            residual=turn,
-            explain=partial(dict, evidence),
-            kind=Kind.TURNED_END,
-            carried=True,
-            joint=joint,
-        )
+        one = open_interval(Kind.TURNED_END, owner[end].name, start, stop, turn, evidence)
+        yield replace(one, carried=True)
 
 
 def _smaller(turns: tuple[Array, Array]) -> float:

@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +25,7 @@ from twistcore.detection.all_joints.joint_steps import (
 )
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
@@ -66,7 +64,7 @@ def find_place_jumps(search: KindSearch) -> Found:
             continue
         start, stop = _frames_in_clip(step.start, step.stop, held)
         evidence = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
-        one = _interval(Kind.PLACE_JUMP, chain, start, stop, evidence, 0.0)
+        one = open_interval(Kind.PLACE_JUMP, chain.name, start, stop, 0.0, evidence)
         found.setdefault(chain.name, []).append(one)
     return found
 
@@ -84,7 +82,8 @@ def find_body_steps(search: KindSearch) -> Found:
             "angle_deg": step.degrees,
             "joints_percent": 100.0 * step.share,
         }
-        one = _interval(Kind.BODY_STEP, chain, step.start, step.stop, evidence, step.degrees)
+        angle = math.radians(step.degrees)
+        one = open_interval(Kind.BODY_STEP, chain.name, step.start, step.stop, angle, evidence)
         found.setdefault(chain.name, []).append(one)
     return found
 
@@ -286,26 +285,11 @@ def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Fou
             "times_usual": step.degrees / step.usual,
             "reach": reach(skeleton, step.joint),
         }
-        one = _interval(kind, chain, step.start, step.stop, evidence, step.degrees)
+        angle = math.radians(step.degrees)
+        one = open_interval(kind, chain.name, step.start, step.stop, angle, evidence)
         one = replace(one, carried=True)  # everything below the joint moves with it
         found.setdefault(chain.name, []).append(one)
     return found
-
-
-def _interval(
-    kind: Kind, chain: Chain, start: int, stop: int, evidence: dict[str, Any], degrees: float
-) -> Interval:
-    return Interval(
-        chain.name,
-        start,
-        stop,
-        np.zeros(stop - start),
-        open=True,
-        residual=math.radians(degrees),
-        explain=partial(dict, evidence),
-        kind=kind,
-        joint=evidence["joint"],
-    )
 
 
 def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
