@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import twistcore as tc
+from benchmarks.joint_spikes import draw_spikes, inject_spikes
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
@@ -24,7 +25,6 @@ from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.review import Review, read_session, write_session
 from twistcore.skeleton.rotation import exponential, multiply, normalise
 from twistcore.synthesis.injection import InjectedError, generator, inject
-from twistcore.synthesis.spikes import draw_spikes, inject_spikes
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 NAMES = WALK.skeleton.names
