@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import positive, rate, target
-from twistcore.cli.arguments.common_arguments import deferred
+from twistcore.cli.arguments.common_arguments import add_output, deferred
 from twistcore.cli.output import note as tell_note
 from twistcore.cli.output import refuse_overwrite, remark
 from twistcore.errors import TwistError
@@ -18,14 +18,8 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file, or a clip"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=target,
-        required=True,
-        metavar="OUT",
-        help="BVH to write, or .glb for a clip; '-' is standard output, for BVH",
-    )
+    what = "BVH to write, or .glb for a clip; '-' is standard output, for BVH"
+    add_output(parser, what, target)
     parser.add_argument(
         "--blender",
         metavar="PATH",

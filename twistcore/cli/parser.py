@@ -35,6 +35,7 @@ from twistcore.cli.arguments.common_arguments import (
     add_json,
     add_output,
     add_reference,
+    add_seed,
     add_voice,
     add_workers,
     deferred,
@@ -174,7 +175,7 @@ def _diff(diff: Parser) -> None:
         "are undecided, with both decisions in their notes (default: none)",
     )
     add_json(diff)
-    add_workers(diff)
+    add_workers(diff, "number of parallel processes for folders")
     diff.set_defaults(run=deferred("diff_command", "diff_command"))
 
 
@@ -218,8 +219,8 @@ def _apply(apply: Parser) -> None:
         metavar="CLIP|FOLDER",
         help="the clip of the session, or the folder of the clips",
     )
-    add_output(apply, "clip or folder to write")
-    add_workers(apply)
+    add_output(apply, "clip or folder to write; '-' is standard output")
+    add_workers(apply, "number of parallel processes for folders")
     add_json(apply)
     apply.set_defaults(run=deferred("correct_commands", "apply_command"))
 
@@ -231,9 +232,7 @@ def _report(report: Parser) -> None:
         metavar="SESSION|OUTDIR",
         help="a session, or the OUTDIR of `twistcore batch`",
     )
-    report.add_argument(
-        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder for the pages"
-    )
+    add_output(report, "folder for the pages", folder, "DIR")
     report.add_argument(
         "--clip",
         type=Path,
@@ -310,14 +309,7 @@ def _tune(tune: Parser) -> None:
         metavar="FOLDER|CLIP",
         help="a folder of clips, or a clip; with --verdicts, a folder of clips and their sessions",
     )
-    tune.add_argument(
-        "-o",
-        "--output",
-        type=target,
-        required=True,
-        metavar="PROFILE.toml",
-        help="profile to write; '-' is standard output",
-    )
+    add_output(tune, "profile to write; '-' is standard output", target, "PROFILE.toml")
     add_method(tune)
     add_rig(tune)
     tune.add_argument(
@@ -393,15 +385,8 @@ def _benchmark(benchmark: Parser) -> None:
         metavar="N",
         help="number of random draws of errors for each clip and protocol (default: %(default)s)",
     )
-    benchmark.add_argument(
-        "--seed", type=seed, default=1, metavar="N", help="the first seed (default: %(default)s)"
-    )
-    benchmark.add_argument(
-        "--workers",
-        type=workers,
-        metavar="N",
-        help="number of processes (default: one for each core)",
-    )
+    add_seed(benchmark, 1)
+    add_workers(benchmark)
     benchmark.add_argument("--resume", action="store_true", help="continue an interrupted run")
     benchmark.add_argument(
         "--json",
@@ -441,14 +426,7 @@ def _export(parser: Parser) -> None:
         required=True,
         help="program that the script is for",
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=target,
-        required=True,
-        metavar="FILE.py",
-        help="script to write; '-' is standard output",
-    )
+    add_output(parser, "script to write; '-' is standard output", target, "FILE.py")
     parser.add_argument(
         "--namespace",
         metavar="NAME",

@@ -13,7 +13,7 @@ from twistcore.cli.arguments.argument_types import (
     tau_degrees,
     workers,
 )
-from twistcore.cli.arguments.common_arguments import deferred
+from twistcore.cli.arguments.common_arguments import add_output, add_workers, deferred
 from twistcore.cli.arguments.detection_arguments import add_correction, add_detection
 
 
@@ -56,13 +56,7 @@ def add_watch(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folder", type=folder, metavar="FOLDER", help="folder to watch, with all its subfolders"
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        required=True,
-        metavar="OUTDIR",
-        help="folder for the results, or its URL",
-    )
+    add_output(parser, "folder for the results, or its URL", str, "OUTDIR")
     parser.add_argument(
         "--every",
         type=positive,
@@ -96,25 +90,14 @@ def add_merge(parser: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="OUTDIR of a batch; it is not changed",
     )
-    parser.add_argument(
-        "-o",
-        "--output",
-        required=True,
-        type=folder,
-        metavar="OUTDIR",
-        help="folder for the merged results: a new one, or the OUTDIR of a batch",
-    )
+    what = "folder for the merged results: a new one, or the OUTDIR of a batch"
+    add_output(parser, what, folder, "OUTDIR")
     parser.set_defaults(run=deferred("merge_command", "merge_command"))
 
 
 def _add_processing(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        "--workers",
-        type=workers,
-        metavar="N",
-        help="number of processes (default: one for each core)",
-    )
+    add_workers(where)
     where.add_argument(
         "--scheduler",
         metavar="ADDRESS",

@@ -15,7 +15,7 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "clip", type=readable, metavar="CLIP", help="the clip; '-' reads a BVH from standard input"
     )
-    add_output(parser, "BVH to write")
+    add_output(parser, "BVH to write; '-' is standard output")
     parser.add_argument(
         "--unroll",
         action="store_true",

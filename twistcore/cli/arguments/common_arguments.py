@@ -16,6 +16,7 @@ from twistcore.cli.arguments.argument_types import (
     clip_target,
     rate,
     readable,
+    seed,
     workers,
 )
 
@@ -84,26 +85,26 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> None:
-    """Add the option -o for the clip to write."""
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=clip_target,
-        required=True,
-        metavar="OUT",
-        help=f"{what}; '-' is standard output",
-    )
+def add_output(
+    parser: argparse.ArgumentParser,
+    what: str = "clip to write; '-' is standard output",
+    type: Callable[[str], object] = clip_target,
+    metavar: str = "OUT",
+) -> None:
+    """Add the option -o for the clip, file or folder to write."""
+    parser.add_argument("-o", "--output", type=type, required=True, metavar=metavar, help=what)
 
 
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the option --workers, the number of processes to use for a folder."""
-    parser.add_argument(
-        "--workers",
-        type=workers,
-        metavar="N",
-        help="number of parallel processes for folders (default: one for each core)",
-    )
+def add_workers(parser: argparse._ActionsContainer, what: str = "number of processes") -> None:
+    """Add the option --workers, the number of processes to use."""
+    what = f"{what} (default: one for each core)"
+    parser.add_argument("--workers", type=workers, metavar="N", help=what)
+
+
+def add_seed(parser: argparse.ArgumentParser, default: int, what: str = "the first seed") -> None:
+    """Add the option --seed for random numbers."""
+    what = f"{what} (default: %(default)s)"
+    parser.add_argument("--seed", type=seed, default=default, metavar="N", help=what)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

@@ -13,7 +13,6 @@ from twistcore.cli.arguments.argument_types import (
     not_negative,
     number,
     positive,
-    seed,
 )
 from twistcore.cli.arguments.command_help import COMMANDS
 from twistcore.cli.arguments.common_arguments import (
@@ -22,6 +21,7 @@ from twistcore.cli.arguments.common_arguments import (
     add_fps,
     add_json,
     add_output,
+    add_seed,
     deferred,
 )
 
@@ -94,12 +94,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
             help=f"gain {what}, set by hand (default: depends on the frame rate and the direction)",
         )
     add_fps(refine)
-    refine.add_argument(
-        "--unit",
-        type=positive,
-        metavar="METRES",
-        help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
-    )
+    _add_unit(refine)
     refine.add_argument(
         "--template",
         type=Path,
@@ -117,6 +112,15 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         help="person to read from a pose file (default: the only one)",
     )
     refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
+
+
+def _add_unit(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--unit",
+        type=positive,
+        metavar="METRES",
+        help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
+    )
 
 
 def _noise(noise: argparse.ArgumentParser) -> None:
@@ -138,19 +142,8 @@ def _noise(noise: argparse.ArgumentParser) -> None:
         metavar="X",
         help="bursts of noise per minute (default: %(default)g)",
     )
-    noise.add_argument(
-        "--seed",
-        type=seed,
-        default=0,
-        metavar="N",
-        help="seed of the random numbers (default: %(default)s)",
-    )
-    noise.add_argument(
-        "--unit",
-        type=positive,
-        metavar="METRES",
-        help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
-    )
+    add_seed(noise, 0, "seed of the random numbers")
+    _add_unit(noise)
     add_json(noise)
     noise.set_defaults(run=deferred("quamo_study_commands", "quamo_noise_command"))
 
@@ -173,9 +166,7 @@ def _study(study: argparse.ArgumentParser, *, name: str) -> None:
         metavar="N",
         help="number of noise draws to average (default: %(default)s)",
     )
-    study.add_argument(
-        "--seed", type=seed, default=0, metavar="N", help="the first seed (default: %(default)s)"
-    )
+    add_seed(study, 0)
     add_json(study)
     study.set_defaults(run=deferred("quamo_study_commands", f"quamo_{name}_command"))
 
@@ -184,14 +175,7 @@ def _train(train: argparse.ArgumentParser) -> None:
     train.add_argument(
         "folder", type=Path, metavar="FOLDER", help="folder of CMU clips, named like 05_02.bvh"
     )
-    train.add_argument(
-        "-o",
-        "--output",
-        type=folder,
-        required=True,
-        metavar="DIR",
-        help="folder for the weights and checkpoints",
-    )
+    add_output(train, "folder for the weights and checkpoints", folder, "DIR")
     train.add_argument(
         "--hold-out",
         nargs="+",
@@ -211,13 +195,7 @@ def _train(train: argparse.ArgumentParser) -> None:
     train.add_argument(
         "--width", type=count, metavar="N", help="units in each hidden layer (default: 128)"
     )
-    train.add_argument(
-        "--seed",
-        type=seed,
-        default=0,
-        metavar="N",
-        help="seed of the random numbers (default: %(default)s)",
-    )
+    add_seed(train, 0, "seed of the random numbers")
     train.add_argument(
         "--compile", action="store_true", help="compile the training step (requires a C++ compiler)"
     )
