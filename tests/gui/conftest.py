@@ -32,6 +32,7 @@ from tests.gui.kept_window import KeptWindow
 from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program, ProgramHere
+from tests.gui.real_screen import real_screen
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.files.marks import file_mark
@@ -374,6 +375,13 @@ def _analyse_once(clip, rig=AS_FOUND):
 def _render_windows() -> int:
     gc.collect()
     return sum(isinstance(o, vtkRenderWindow) for o in gc.get_objects())
+
+
+@pytest.fixture(scope="module")
+def screen(tmp_path_factory, look):
+    """A real screen for a test by hand."""
+    with real_screen(tmp_path_factory.mktemp("screen"), size=(1440, 900), look=look) as shown:
+        yield shown
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.limb_circle import helper_circle
 from tests.gui.pictures import changed, picture, settle
+from tests.gui.test_limb_in_3d import PARTS, shown
 from tests.gui.windows import act, export, open_clip
 from tests.twistcore.test_strangers import UNREAL, rolled
 from twistcore.detection import Kind
@@ -20,7 +21,6 @@ from twistcore.skeleton.rotation import geodesic_angle
 
 HELPER = "upperarm_twist_01_l"
 FRAME = 155  # within its error
-PARTS = ("line", "circle", "swept", "way", "before", "after")
 
 
 @pytest.fixture(scope="module")
@@ -39,11 +39,6 @@ def document(open_document, popped):
     document.select_interval(document.intervals[0].id)
     document.go_to(FRAME)
     return document
-
-
-def shown(view):
-    circle = view.scene._circle
-    return {name for name in PARTS if circle is not None and getattr(circle, name).shown}
 
 
 def title_of(pane):

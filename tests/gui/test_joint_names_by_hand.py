@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from tests.gui.real_screen import needs_real_screen, real_screen, watched
+from tests.gui.real_screen import needs_real_screen, watched
 from tests.twistcore.test_strangers import UNREAL, rolled
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import bvh_text
@@ -21,13 +21,6 @@ ODD = {  # the left arm says nothing and its hand is a finger, the right arm is 
     "RightShoulder": "Da_prop", "RightArm": "Mu_prop", "RightForeArm": "Jo_prop",
     "RightHand": "He_prop",
 }  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def screen(tmp_path_factory, look):
-    folder = tmp_path_factory.mktemp("screen")
-    with real_screen(folder, size=(1440, 900), look=look) as screen:
-        yield screen
 
 
 def test_a_hand_is_named_and_its_arm_is_examined(screen, tmp_path):

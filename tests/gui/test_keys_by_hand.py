@@ -5,19 +5,12 @@ import shutil
 import pytest
 
 from tests.gui.pictures import INJECTED
-from tests.gui.real_screen import needs_real_screen, real_screen, watched
+from tests.gui.real_screen import needs_real_screen, watched
 
 pytestmark = [pytest.mark.thorough, needs_real_screen]
 NAMED = {"reviewer": "Ada"}  # nobody is asked who reviews
 AT_HOME = "app.focusWidget() is window.intervals.table"
 POPUP = "app.activePopupWidget() is not None"
-
-
-@pytest.fixture(scope="module")
-def screen(tmp_path_factory, look):
-    folder = tmp_path_factory.mktemp("screen")
-    with real_screen(folder, size=(1440, 900), look=look) as screen:
-        yield screen
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
 from tests.gui import forked
 from tests.gui.looks import EVERY
-from tests.gui.windows import act, open_clip
+from tests.gui.windows import act, open_clip, resize
 from tests.tiers import parametrize
 from tests.twistcore.test_capture_faults import faulty_clip
 from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, turned
@@ -85,12 +85,6 @@ def whole(widget, area):
 
 def rows_seen(table):
     return table.viewport().height() // table.rowHeight(0)
-
-
-def resize(qtbot, window, size):
-    window.resize(*size)
-    qtbot.waitUntil(lambda: (window.width(), window.height()) == size)
-    qtbot.wait(50)
 
 
 @pytest.mark.thorough

@@ -18,17 +18,11 @@ from inspector.widgets.text_forms import form_that_fits
 from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.cut_texts import cut_cells, cut_tabs
-from tests.gui.windows import act, open_clip
+from tests.gui.windows import act, open_clip, resize
 from twistcore.detection import Kind
 
 SIZE = (1024, 700)
 TABS = ("history", "tuning", "teaching", "quality", "intervals")
-
-
-def resize(qtbot, window, size):
-    window.resize(*size)
-    qtbot.waitUntil(lambda: (window.width(), window.height()) == size)
-    qtbot.wait(50)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.messages import names_in_one_line
-from tests.twistcore.amass_files import write_amass
+from tests.twistcore.amass_files import loaded, write_amass
 from tests.twistcore.pose_layout_files import write_aist
 from twistcore.cli import main as twistcore
 from twistcore.export.exported_clips import exports_among
@@ -35,11 +35,6 @@ def window(window_for_clips):
 def walk(tmp_path):
     """The walk with eight errors as AMASS would have it, its body a template's."""
     return write_amass(tmp_path / "walk_poses.npz", read_bvh(INJECTED).motion, own=False)
-
-
-def arrays_in(path):
-    with np.load(path) as found:
-        return dict(found)
 
 
 @pytest.mark.thorough
@@ -74,7 +69,7 @@ def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp
     assert window.exporter.finish()
     assert exports_among([out, walk]) == {out: walk.name}
 
-    before, after = arrays_in(walk), arrays_in(out)
+    before, after = loaded(walk), loaded(out)
     assert [*before] == [*after]
     assert all(before[n].tobytes() == after[n].tobytes() for n in before if n != "poses")
     differ = (before["poses"] != after["poses"]).reshape(-1, 52, 3).any(axis=2)

@@ -4,17 +4,10 @@ import numpy as np
 import pytest
 
 from tests.gui.pictures import INJECTED
-from tests.gui.real_screen import differing, needs_real_screen, real_screen, wait_until, watched
+from tests.gui.real_screen import differing, needs_real_screen, wait_until, watched
 
 pytestmark = [pytest.mark.thorough, needs_real_screen]
 UNDECIDED = "undecided"
-
-
-@pytest.fixture(scope="module")
-def screen(tmp_path_factory, look):
-    folder = tmp_path_factory.mktemp("screen")
-    with real_screen(folder, size=(1440, 900), look=look) as shown:
-        yield shown
 
 
 @pytest.fixture(scope="module")

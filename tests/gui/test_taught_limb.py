@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QImage
 
 from inspector.teaching.gizmo_family import MEMBERS, add_family, family
 from inspector.teaching.gizmo_joints import name_joints, triads
 from inspector.teaching.gizmo_shapes import CLEAR, sketch
 from inspector.widgets.theme import DARK
+from tests.gui.pictures import grabbed
 from tests.gui.windows import act
 from twistcore.analysis.decomposition import WhatIf, decompose
 from twistcore.skeleton.rotation import (
@@ -23,19 +23,10 @@ CHAINS = ("LeftArm", "RightUpLeg", "LeftForeArm")
 
 
 @pytest.fixture
-def taught(qtbot, at_forearm):
-    act(at_forearm, "show_teaching")
-    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
-    at_forearm.document.select_chain("LeftArm")
+def taught(qtbot, taught):
+    taught.document.select_chain("LeftArm")
     qtbot.wait(100)
-    return at_forearm
-
-
-def picture(qtbot, view):
-    qtbot.wait(60)
-    image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
+    return taught
 
 
 def shapes_of(data, name, what_if, frame=90, **kinds):
@@ -192,18 +183,18 @@ def test_all_but_the_chain_is_faint_while_the_tab_is_shown(qtbot, taught):
     pose = taught.viewport.drawing.pose(scene)
     solid = [(b.parent, b.child) for b, f in zip(scene.bodies, pose.faint, strict=True) if not f]
     assert solid == [(chain.parent, chain.child), (chain.child, chain.grandchild)]
-    whole = bones_seen(picture(qtbot, taught.viewport))
+    whole = bones_seen(grabbed(qtbot, taught.viewport))
     taught.docks["intervals"].raise_()
     qtbot.waitUntil(lambda: not taught.taught.active)
     assert taught.viewport.drawing.pose(scene).faint is None
-    assert bones_seen(picture(qtbot, taught.viewport)) > 1.8 * max(whole, 100)
+    assert bones_seen(grabbed(qtbot, taught.viewport)) > 1.8 * max(whole, 100)
     act(taught, "show_teaching")
     taught.viewport.look(style="skinned limbs")
-    whole = bones_seen(picture(qtbot, taught.viewport))
+    whole = bones_seen(grabbed(qtbot, taught.viewport))
     taught.docks["intervals"].raise_()
     qtbot.waitUntil(lambda: not taught.taught.active)
     taught.viewport.look(style="skinned limbs")
-    assert bones_seen(picture(qtbot, taught.viewport)) > 1.5 * max(whole, 100)
+    assert bones_seen(grabbed(qtbot, taught.viewport)) > 1.5 * max(whole, 100)
 
 
 def bones_seen(image):

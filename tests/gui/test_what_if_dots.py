@@ -7,7 +7,6 @@ from inspector.recording.choice import RecordChoice, Shot
 from inspector.recording.stage import Shown, Stage
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.theme import DARK
-from tests.gui.windows import act
 from twistcore.analysis.decomposition import WhatIf, altered
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
@@ -17,13 +16,11 @@ FRAME = 90
 
 
 @pytest.fixture
-def taught(qtbot, at_forearm):
-    act(at_forearm, "show_teaching")
-    qtbot.waitUntil(lambda: at_forearm.teaching.typesetter.done, timeout=30_000)
-    at_forearm.document.select_chain("LeftArm")
-    at_forearm.document.go_to(FRAME)
-    at_forearm.timeline.refresh()
-    return at_forearm
+def taught(taught):
+    taught.document.select_chain("LeftArm")
+    taught.document.go_to(FRAME)
+    taught.timeline.refresh()
+    return taught
 
 
 def dots(timeline):

@@ -20,6 +20,12 @@ def open_clip(qtbot, window, path):
     qtbot.wait(50)
 
 
+def resize(qtbot, window, size):
+    window.resize(*size)
+    qtbot.waitUntil(lambda: (window.width(), window.height()) == size)
+    qtbot.wait(50)
+
+
 def close_window(qtbot, window):
     """Close it with nothing asked about decisions that are not saved."""
     window.lesson_actions.leave_guide()

@@ -17,6 +17,11 @@ from twistcore.skeleton.rotation import (
 UPRIGHT = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), 0.5 * np.pi)  # from y up to z up
 
 
+def loaded(path):
+    with np.load(path) as arrays:
+        return dict(arrays)
+
+
 def amass_arrays(motion: Motion, joints=52, dtype=np.float64, *, own=True, tilt=None):
     """The arrays of a file; own: with 'J', the joints at rest, else a reader knows only β.
 

@@ -83,10 +83,11 @@ def flipped(motion, *flips):
     return refine(motion, LIMBS, [replace(i, offset=-i.offset) for i in flips])
 
 
-def spun(joint, start, stop, degrees, motion):
-    """The motion in which a joint alone is turned about its own axis in some frames."""
+def spun(joint, start, stop, degrees, motion, axis=None):
+    """The motion in which a joint alone is turned, about its bone or an axis, in some frames."""
     at = motion.skeleton.index(joint)
-    turn = quaternion_from_axis_angle(own_axis(motion.skeleton, at), np.radians(degrees))
+    axis = own_axis(motion.skeleton, at) if axis is None else axis
+    turn = quaternion_from_axis_angle(axis, np.radians(degrees))
     rotations = motion.rotations.copy()
     rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
     return motion.with_rotations(rotations)

@@ -13,6 +13,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
+from tests.twistcore.test_batch_run import results
 from twistcore.batch.clip_task import ClipTask, run_task
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest
@@ -41,11 +42,6 @@ def rows(out):
 
 def done(out):
     return {row.source: row for row in rows(out).values() if row.state == "done"}
-
-
-def results(out):
-    with Manifest.open(out) as manifest:
-        return {r.name: json.dumps(r.result, sort_keys=True) for r in manifest.records()}
 
 
 def started(*words):

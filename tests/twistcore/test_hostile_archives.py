@@ -14,6 +14,7 @@ import zlib
 import numpy as np
 import pytest
 
+from tests.fuzz.poses_damage import npy
 from tests.twistcore.processor_time import grown, spent
 from twistcore.errors import NpzError, TwistError
 from twistcore.formats.clip import rewritten
@@ -26,12 +27,6 @@ from twistcore.quamo.pose_layouts import find_poses
 from twistcore.skeleton.rotation import geodesic_angle
 
 POSES = {"poses": np.zeros((4, 66)), "trans": np.zeros((4, 3))}
-
-
-def npy(array):
-    file = io.BytesIO()
-    np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=True)
-    return file.getvalue()
 
 
 def header(descr, shape, order=False, raw=b""):

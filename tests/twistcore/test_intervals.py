@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.tiers import examples
+from tests.twistcore import reviews
 from tests.twistcore.counters import counter_of
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
@@ -275,10 +276,7 @@ def test_an_event_of_a_limb_counts_for_the_chains_that_share_its_ends_and_back()
 
 def spun(joint, start, stop, degrees, motion=WALK):
     """A joint turned about its own bone in frames [start, stop), its children with it."""
-    rotations = motion.rotations.copy()
-    turn = quaternion_from_axis_angle(own_axis(motion.skeleton, joint), degrees * DEGREE)
-    rotations[start:stop, joint] = multiply(rotations[start:stop, joint], turn)
-    return motion.with_rotations(rotations)
+    return reviews.spun(motion.skeleton.names[joint], start, stop, degrees, motion)
 
 
 def plain_jumps(motion, chains):

@@ -9,6 +9,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
+from tests.twistcore.reviews import spun
 from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import Corrected
@@ -48,8 +49,7 @@ def turned(joint, start, stop, *, kept=False, degrees=DEGREES):
     """The walk with a joint turned about its own bone; kept: its children keep their place."""
     at = SKELETON.index(joint)
     turn = quaternion_from_axis_angle(own_axis(SKELETON, at), np.radians(degrees))
-    rotations = MOTION.rotations.copy()
-    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
+    rotations = spun(joint, start, stop, degrees, MOTION).rotations.copy()
     for child in SKELETON.children[at] if kept else ():
         back = multiply(turn * (1.0, -1.0, -1.0, -1.0), rotations[start:stop, child])
         rotations[start:stop, child] = back
@@ -162,11 +162,7 @@ def test_a_lone_jump_suggests_the_side_that_is_off():
 
 def tilted(joint, start, stop, about, degrees=80.0):
     """The walk with a joint turned about an axis across its bone in some frames."""
-    motion, at = MOTION, SKELETON.index(joint)
-    turn = quaternion_from_axis_angle(about, np.radians(degrees))
-    rotations = motion.rotations.copy()
-    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
-    return motion.with_rotations(rotations)
+    return spun(joint, start, stop, degrees, MOTION, about)
 
 
 def jumps_of(motion, *kinds):

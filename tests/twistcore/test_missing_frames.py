@@ -10,9 +10,9 @@ from tests.conftest import ASSETS
 from tests.twistcore import amc_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.batch_records import done
+from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.gates import broken_rules, parse_rule
-from twistcore.cli import main
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.reading import read_clip
 from twistcore.review import Review, write_session
@@ -30,12 +30,6 @@ def cut(folder, rows=KEPT, name="cut.bvh"):
     path = folder / name
     path.write_bytes(head + b"MOTION" + b"\n".join(lines[: 3 + rows]) + b"\n")
     return path
-
-
-def said(capsys, *words):
-    code = main([str(word) for word in words])
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 def test_a_clip_knows_how_many_frames_its_header_declares(tmp_path):
@@ -79,22 +73,22 @@ def test_every_command_says_so_once(tmp_path, capsys):
         ("report", session, "--clip", path, "-o", tmp_path / "pages", "--no-pictures"),
         ("diff", path, out),
     ):
-        code, printed, errors = said(capsys, *words)
+        code, printed, errors = run(capsys, *words)
         assert code == 0, words
         count = 2 if words[0] == "diff" else 1  # both of its clips end early
         assert (printed + errors).count(f"{MISSING} are missing") == count, words
         assert ("missing" in errors) == (words[0] != "info")
-        assert "missing" not in said(capsys, *words, "-q")[2]
+        assert "missing" not in run(capsys, *words, "-q")[2]
 
 
 def test_documents_hold_the_number(tmp_path, capsys):
     path = cut(tmp_path)
     for command in ("info", "detect"):
-        document = json.loads(said(capsys, command, path, "--json")[1])
+        document = json.loads(run(capsys, command, path, "--json")[1])
         assert document["missing_frames"] == MISSING
         assert any(str(MISSING) in warning for warning in document["warnings"])
     words = ("refine", path, "-o", tmp_path / "out.bvh", "--report", tmp_path / "r", "--json")
-    document = json.loads(said(capsys, *words)[1])
+    document = json.loads(run(capsys, *words)[1])
     assert document["missing_frames"] == MISSING
     assert sum(str(MISSING) in note for note in document["notes"]) == 1
     [report] = (tmp_path / "r").glob("*.json")
@@ -113,14 +107,14 @@ def test_a_batch_lists_them_and_a_rule_fails(tmp_path, capsys):
     rule = "missing-frames>0"
     words = ("batch", folder, "-o", out, "--csv", table, "--workers", 1, "--fail-if", rule)
     for _ in range(2):  # a run that does nothing says so, too
-        code, _, errors = said(capsys, *words)
+        code, _, errors = run(capsys, *words)
         assert code == 1
         assert errors.count(f"cut.bvh: {MISSING} frames") == 1
         assert f"cut.bvh: missing-frames is {MISSING}" in errors
         assert "whole.bvh" not in errors.replace("2/2 whole.bvh", "").replace("1/2 whole.bvh", "")
         rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
         assert [row["missing_frames"] for row in rows] == [str(MISSING), "0"]
-    said(capsys, "report", out, "-o", tmp_path / "pages", "--no-pictures")
+    run(capsys, "report", out, "-o", tmp_path / "pages", "--no-pictures")
     page = (tmp_path / "pages" / "index.html").read_text("utf-8")
     assert f"{MISSING} frames of {DECLARED} missing" in page
     assert "missing in 1 clip" in page
@@ -144,8 +138,6 @@ def test_rules_count_them_by_clip_or_over_the_run(rule, value):
 def test_any_number_that_a_header_declares_can_be_noted(tmp_path, capsys):
     path = cut(tmp_path)
     path.write_bytes(path.read_bytes().replace(b"Frames: 344", b"Frames: 999999999999999999"))
-    assert said(capsys, "batch", path, "-o", tmp_path / "out", "--workers", 1)[0] == 0
-    code, _, errors = said(
-        capsys, "report", tmp_path / "out", "-o", tmp_path / "p", "--no-pictures"
-    )
+    assert run(capsys, "batch", path, "-o", tmp_path / "out", "--workers", 1)[0] == 0
+    code, _, errors = run(capsys, "report", tmp_path / "out", "-o", tmp_path / "p", "--no-pictures")
     assert (code, "expected" in errors) == (0, False)

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.tiers import parametrize
-from tests.twistcore.amass_files import UPRIGHT, amass_arrays, write_amass
+from tests.twistcore.amass_files import UPRIGHT, amass_arrays, loaded, write_amass
+from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.quality.joint import joint_quality
-from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
@@ -54,19 +54,6 @@ def arrays_in(path):
             array = np.lib.format.read_array(io.BytesIO(raw)) if b"|O" not in raw[:128] else raw
             found[info.filename] = (raw, array, info.compress_type)
     return found
-
-
-def loaded(path):
-    with np.load(path) as arrays:
-        return dict(arrays)
-
-
-def run(capsys, *words):
-    try:
-        code = main([str(w) for w in words])
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    return code, *capsys.readouterr()
 
 
 # -- reading ---------------------------------------------------------------------------------------

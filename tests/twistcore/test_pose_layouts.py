@@ -26,8 +26,8 @@ from tests.twistcore.estimator_files import (
     world_and_camera,
     write_joblib,
 )
+from tests.twistcore.test_quamo_cli import run_quamo
 from tests.twistcore.test_rest_pose import t_pose
-from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
@@ -56,11 +56,7 @@ def template(tmp_path_factory):
 
 
 def run(capsys, *words):
-    try:
-        code = main([str(w) for w in ("quamo", "refine", *words)])
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    return code, *capsys.readouterr()
+    return run_quamo(capsys, "refine", *words)
 
 
 def read(path, template, **options):

@@ -9,9 +9,9 @@ import pytest
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.tiers import parametrize
+from tests.twistcore.test_cli import run
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, noisy
 from tests.twistcore.test_quamo_data import write_poses
-from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Stepper, track, track_both_ways
@@ -29,12 +29,7 @@ WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "da
 
 
 def run_quamo(capsys, *words):
-    try:
-        code = main([str(w) for w in ("quamo", *words)])
-    except SystemExit as stop:
-        code = int(stop.code or 0)
-    out, err = capsys.readouterr()
-    return code, out, err
+    return run(capsys, "quamo", *words)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import spun
 from twistcore.detection.lone_jumps import own_axis
 from twistcore.detection.stretches import defined_roll
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
@@ -17,13 +18,7 @@ FRAMES = WALK.motion.frames
 
 def turned(joint, degrees, start, stop):
     """The walk with a joint turned about its own bone in some frames; its children go along."""
-    motion = WALK.motion
-    at = motion.skeleton.names.index(joint)
-    axis = own_axis(motion.skeleton, at)
-    turn = quaternion_from_axis_angle(axis, np.radians(np.full(stop - start, float(degrees))))
-    rotations = motion.rotations.copy()
-    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
-    return motion.with_rotations(rotations)
+    return spun(joint, start, stop, np.full(stop - start, float(degrees)), WALK.motion)
 
 
 def stretches(motion):

@@ -13,6 +13,7 @@ from tests.messages import names_in_one_line, numbers
 from tests.tiers import parametrize
 from tests.twistcore.batch_records import done
 from tests.twistcore.made_records import record_of
+from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.examination import joints_outside, unexamined_frames
 from twistcore.batch.clip_survey import survey, survey_folder
@@ -20,7 +21,6 @@ from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.result_files import clip_row
-from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import write_motion
 from twistcore.report.folder_page import manifest_page
@@ -73,12 +73,6 @@ def clips(tmp_path_factory):
     return folder
 
 
-def said(capsys, *words):
-    code = main([str(word) for word in words])
-    out, err = capsys.readouterr()
-    return code, out, err
-
-
 def commands(clip, folder):
     session = folder / "clip.twist.json"
     read = read_bvh(clip)
@@ -97,7 +91,7 @@ def commands(clip, folder):
 def test_nothing_examined_is_one_sentence_and_exit_1(clips, tmp_path, capsys, name):
     clip = clips / f"{name}.bvh"
     for words in commands(clip, tmp_path):
-        code, out, err = said(capsys, *words)
+        code, out, err = run(capsys, *words)
         assert code == 1, words
         (sentence,) = err.splitlines()
         assert names_in_one_line(sentence, f"{clip}: ", BLIND[name])
@@ -109,7 +103,7 @@ def test_nothing_examined_is_one_sentence_and_exit_1(clips, tmp_path, capsys, na
 def test_a_limb_that_is_not_examined_is_named_by_every_command(clips, tmp_path, capsys, name):
     blind = name == "one_arm"
     for words in commands(clips / f"{name}.bvh", tmp_path):
-        code, out, err = said(capsys, *words)
+        code, out, err = run(capsys, *words)
         assert code == 0, words
         if words[0] in ("detect", "refine", "apply"):
             assert ("left arm" in out.splitlines()[-1]) == blind
@@ -126,7 +120,7 @@ def test_documents_have_what_was_not_examined(clips, tmp_path, capsys):
             if "--explain" in words:
                 continue
             words = [w for w in words if w not in ("--csv", tmp_path / "signals.csv")]
-            document = json.loads(said(capsys, *words, "--json")[1])
+            document = json.loads(run(capsys, *words, "--json")[1])
             (found,) = document.get("clips", [document])
             assert ("3 frames" in (found["not_examined"] or "")) == (name == "three"), words
             limbs = [(limb["limb"], limb["side"]) for limb in found["unexamined"]]
@@ -137,17 +131,17 @@ def test_documents_have_what_was_not_examined(clips, tmp_path, capsys):
 
 
 def test_of_several_clips_those_not_examined_are_counted(clips, capsys):
-    code, out, err = said(capsys, "detect", clips / "three.bvh", clips / "whole.bvh")
+    code, out, err = run(capsys, "detect", clips / "three.bvh", clips / "whole.bvh")
     assert code == 1
     assert numbers(out.splitlines()[-1]) == [2, 0, 1]
     assert err.count("three.bvh: ") == 1
-    code, out, err = said(capsys, "info", clips / "three.bvh", clips / "one_arm.bvh")
+    code, out, err = run(capsys, "info", clips / "three.bvh", clips / "one_arm.bvh")
     assert (code, err.count("three.bvh: ")) == (1, 1)
 
 
 def test_chains_that_a_person_chose_leave_nothing_out(clips, capsys):
     words = ("detect", clips / "one_arm.bvh", "--chain", "RightArm")
-    code, out, err = said(capsys, *words)
+    code, out, err = run(capsys, *words)
     assert (code, "left arm" in out + err) == (0, False)
 
 
@@ -160,7 +154,7 @@ def test_what_is_found_in_a_short_clip_was_examined(tmp_path, capsys):
         pair = (rotations[8:13, joint], turn)
         rotations[8:13, joint] = multiply(*(pair if degrees > 0.0 else pair[::-1]))
     write_motion(motion.with_rotations(rotations), tmp_path / "short.bvh")
-    code, out, err = said(capsys, "detect", tmp_path / "short.bvh")
+    code, out, err = run(capsys, "detect", tmp_path / "short.bvh")
     assert (code, "1 interval in" in out, "examined" in err) == (0, True, False)
     found = analyse(read_bvh(tmp_path / "short.bvh")).detect()
     assert found.analysis.not_examined
@@ -181,7 +175,7 @@ def test_joints_outside_chains_are_listed_by_part(clips, capsys):
     inside = {WALK.skeleton.names[j] for c in analysis.chains for j in (c.parent, c.child)}
     assert inside.isdisjoint(name for names in outside.values() for name in names)
     assert len(inside) + sum(map(len, outside.values())) == len(WALK.skeleton)
-    (line,) = (s for s in said(capsys, "info", clips / "whole.bvh")[1].splitlines() if "outs" in s)
+    (line,) = (s for s in run(capsys, "info", clips / "whole.bvh")[1].splitlines() if "outs" in s)
     assert names_in_one_line(line, "LeftFingerBase … (6 joints)", "LeftToeBase")
 
 
@@ -208,7 +202,7 @@ def test_frames_between_two_cuts_that_are_too_few_are_listed(tmp_path, capsys):
     motion = WALK.sliced(0, 210).with_rotations(np.concatenate(rows))
     assert unexamined_frames(motion) == ((100, 110),)
     write_motion(motion, tmp_path / "cuts.bvh")
-    _, out, err = said(capsys, "detect", tmp_path / "cuts.bvh")
+    _, out, err = run(capsys, "detect", tmp_path / "cuts.bvh")
     assert (err + out).count(" 100–109") == 1
 
 
@@ -224,7 +218,7 @@ def test_a_t_pose_at_the_border_is_no_note(clip):
 def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
     out, table, lines = tmp_path / "out", tmp_path / "t.csv", tmp_path / "t.jsonl"
     words = ["batch", clips, "-o", out, "--workers", 1, "--csv", table, "--jsonl", lines]
-    code, _, err = said(capsys, *words, "--fail-if", "unexamined>0")
+    code, _, err = run(capsys, *words, "--fail-if", "unexamined>0")
     assert code == 1
     assert re.search("one_arm.bvh: .* 1.*'unexamined>0'", err)
     assert re.search(r"\b3 clips .*still.bvh", err)
@@ -238,7 +232,7 @@ def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
     with Manifest.open(out) as manifest:
         glances = {one.name: one for one in manifest.glances()}
     assert (glances["one_arm.bvh"].unexamined, glances["whole.bvh"].unexamined) == (1, 0)
-    said(capsys, "report", out, "-o", tmp_path / "pages", "--no-pictures", "--workers", 1)
+    run(capsys, "report", out, "-o", tmp_path / "pages", "--no-pictures", "--workers", 1)
     index = (tmp_path / "pages" / "index.html").read_text("utf-8")
     assert index.count("left arm") == 1
     pages = {
