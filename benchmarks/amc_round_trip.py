@@ -19,7 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections, refine, remove_twist, stuck_joints
+from twistcore.analysis.correction.twist_removal import (
+    automatic_corrections,
+    refine,
+    remove_twist,
+    stuck_joints,
+)
 from twistcore.detection import Interval
 from twistcore.formats.amc import AmcClip, parse_amc, read_amc
 from twistcore.formats.clip import rewritten

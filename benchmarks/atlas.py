@@ -34,7 +34,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Interval, Kind
 from twistcore.formats.reading import is_clip, read_clip
 from twistcore.work.processes import each, reason

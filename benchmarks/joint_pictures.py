@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.atlas_pictures import FACES, INK, RIGHT, SOFT, WRONG, draw_bone, read_motion
 from benchmarks.atlas_pictures import plt as plots
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import own_axis

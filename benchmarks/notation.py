@@ -29,7 +29,11 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections, offsets_by_chain, refine
+from twistcore.analysis.correction.twist_removal import (
+    automatic_corrections,
+    offsets_by_chain,
+    refine,
+)
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames
 from twistcore.formats.bvh import parse_bvh, read_bvh

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.formats.bvh import read_bvh

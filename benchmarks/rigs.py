@@ -43,7 +43,7 @@ import numpy as np
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import Rig, bone_pairs, piece_pairs, rigged
 from twistcore.analysis.clip_analysis import REPAIRED, Detection, analyse
-from twistcore.analysis.correction import automatic_corrections, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.formats.bvh import read_bvh

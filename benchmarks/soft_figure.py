@@ -23,7 +23,7 @@ from matplotlib import pyplot as plt
 
 from benchmarks.straight_figure import with_titles
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.soft_errors.departures import spans
 from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
 from twistcore.formats.bvh import read_bvh

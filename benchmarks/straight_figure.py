@@ -21,7 +21,7 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clips_in

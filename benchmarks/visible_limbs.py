@@ -20,7 +20,7 @@ from inspector.viewport.bodies import BoneSegment, find_bones
 from inspector.viewport.head_and_chest import heads_and_chests
 from inspector.viewport.limb_side import limb_side
 from inspector.viewport.occlusion import occluders
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading

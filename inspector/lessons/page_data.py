@@ -19,7 +19,11 @@ from inspector.teaching.taught_frame import joint_labels
 from inspector.viewport.bodies import BoneSegment, find_bones
 from inspector.viewport.ground import lowest
 from inspector.viewport.web_figure import emphasised, figure_data, skin_data
-from twistcore.analysis.correction import carried_by_limb, offsets_by_chain, remove_twist
+from twistcore.analysis.correction.twist_removal import (
+    carried_by_limb,
+    offsets_by_chain,
+    remove_twist,
+)
 from twistcore.detection.paper import running_offset
 from twistcore.files.packed_numbers import packed
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints

@@ -28,7 +28,7 @@ from inspector.widgets.tables import (
     TableRow,
 )
 from inspector.widgets.theme import Colours
-from twistcore.analysis.correction import children_off_axis
+from twistcore.analysis.correction.twist_removal import children_off_axis
 from twistcore.detection.limb_flips import BENT
 from twistcore.files.encoding import legible
 from twistcore.review import Decision

@@ -12,7 +12,7 @@ from inspector.quality.evidence import up_axis
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval

@@ -18,7 +18,7 @@ from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
-from twistcore.analysis.correction import Corrected
+from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there

@@ -11,7 +11,7 @@ from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import stuck_joints
+from twistcore.analysis.correction.twist_removal import stuck_joints
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference, compare
 from twistcore.export.replay import accepted_motion

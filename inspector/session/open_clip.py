@@ -12,7 +12,7 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
-from twistcore.analysis.correction import Corrected
+from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.error_groups import without_alternatives
 from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Analysis, Interval, Kind

@@ -8,7 +8,7 @@ from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.curve_values import centre_of, unreliable_spans
 from inspector.timeline.curves import NOTHING, Curves, Title, number
-from twistcore.analysis.correction import Angles
+from twistcore.analysis.correction.corrected import Angles
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import running_offset
 from twistcore.skeleton.motion import Motion

@@ -22,7 +22,7 @@ from inspector.session.export_files import (
 )
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
-from twistcore.analysis.correction import SURE_ENOUGH
+from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import EXPORT_MARK
 from twistcore.export.interrupted import interrupted_exports

@@ -18,7 +18,7 @@ from tests.twistcore import amc_files, pose_layout_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.estimator_files import LAYOUTS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import BvhClip, read_bvh, write_motion
 from twistcore.formats.clip import Clip, changed_rotations, rewritten

@@ -9,8 +9,8 @@ from inspector.timeline.curve_values import degrees_about, thinned, unreliable_s
 from inspector.timeline.regions import Regions
 from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
-from twistcore.analysis.correction import refine
 from twistcore.analysis.correction.corrected import _has_closed_form
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.interval import Interval
 from twistcore.review import Insert, Judged
 from twistcore.review.model import constant_interval

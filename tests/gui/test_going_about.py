@@ -6,7 +6,7 @@ import pytest
 from inspector.session.player import Player
 from inspector.window.review_actions import weak_candidates
 from tests.gui.pictures import INJECTED
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision, recover, session_bytes

@@ -14,7 +14,7 @@ from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analyse_clip
 from tests.gui.test_tour import ALL, TRANSLATED
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Kind
 from twistcore.detection.paper import running_offset

@@ -19,7 +19,7 @@ from tests.gui.test_plots import drag, spot
 from tests.gui.windows import act, export, open_clip, press
 from tests.messages import numbers
 from twistcore.analysis import clip_analysis as core
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh

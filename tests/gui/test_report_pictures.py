@@ -8,7 +8,7 @@ from matplotlib.image import imread
 
 from inspector.bundled import FLIPPED, SAMPLE
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.formats.reading import read_clip
 from twistcore.report.picture_job import SIZE, draw_figures, figure_of
 

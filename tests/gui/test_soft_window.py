@@ -8,7 +8,7 @@ from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.skeleton.chain import find_chains

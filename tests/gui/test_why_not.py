@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from inspector.session.why_here import peaks
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip, press
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.why_not import Why
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import automatic_corrections, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.files.version import __version__

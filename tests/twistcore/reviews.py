@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known

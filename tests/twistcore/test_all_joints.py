@@ -13,7 +13,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.batch.clip_severity import severity
 from twistcore.batch.gates import broken_rules, parse_rule
 from twistcore.cli import main

@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from tests.messages import names_in_one_line, refused
 from tests.twistcore import amc_files
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import Corrected, refine, remove_twist, stuck_joints
+from twistcore.analysis.correction.corrected import Corrected
+from twistcore.analysis.correction.twist_removal import refine, remove_twist, stuck_joints
 from twistcore.cli import main
 from twistcore.errors import AmcError
 from twistcore.formats.amc import parse_amc, parse_asf, read_amc

@@ -23,7 +23,7 @@ from benchmarks.atlas import (
 from benchmarks.blind_verdicts import agreed
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 

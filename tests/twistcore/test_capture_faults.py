@@ -15,7 +15,7 @@ from tests.tiers import parametrize
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.analysis.why_not import Why, why_not
 from twistcore.batch.clip_severity import severity
 from twistcore.batch.gates import broken_rules, parse_rule

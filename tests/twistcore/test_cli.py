@@ -17,7 +17,7 @@ from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from tests.twistcore.test_capture_faults import faulty_clip
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.clip_analysis import analyse as analysed
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh

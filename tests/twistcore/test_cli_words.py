@@ -15,7 +15,7 @@ from tests.messages import names_in_one_line
 from tests.tiers import parametrize
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import ALL_KINDS
-from twistcore.analysis.correction import SURE_ENOUGH
+from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import KINDS, kinds
 from twistcore.cli.arguments.command_help import COMMANDS as HELP
 from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser

@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains

@@ -15,7 +15,7 @@ from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.clip_analysis import detect as detect_every_kind
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Interval
 from twistcore.detection.counter_twist.offsets import Course, _measured_at_parent
 from twistcore.detection.counter_twist.pairing import Pair

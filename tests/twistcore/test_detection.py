@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.detection.interval import circular_median
 from twistcore.detection.paper import intervals_of_offset, running_offset

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.analysis.decomposition.altered_frame import rotation_at_stage
 from twistcore.analysis.decomposition.directions import (

@@ -15,8 +15,8 @@ from tests.twistcore.blender import BLENDER, needs_blender
 from tests.twistcore.test_cli import run
 from tests.twistcore.test_convert import same
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
 from twistcore.formats.glb import write_glb
+from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import forward_kinematics
 
 UNIT = 0.056444

@@ -26,7 +26,7 @@ from tests.tiers import parametrize
 from tests.twistcore.test_cli import run
 from twistcore import read_clip
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import ClipRecord
 from twistcore.batch.result_files import clips_csv

@@ -8,7 +8,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import refine, remove_twist
+from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.natural_events import NaturalEvent, limb_flips, names_with_events

@@ -12,7 +12,7 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import spun
 from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import Corrected
+from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints, repair_of
 from twistcore.analysis.correction.protected_measures import protected_measures
 from twistcore.detection.lone_jumps import own_axis

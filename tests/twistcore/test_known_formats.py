@@ -67,7 +67,7 @@ known.__path__.append({str(folder)!r})
 import numpy as np
 import twistcore as tc
 from twistcore.cli import main
-from twistcore.formats import CLIP_PATTERNS, file_prefix, is_other_data
+from twistcore.formats.reading import CLIP_PATTERNS, file_prefix, is_other_data
 from twistcore.formats.clip_files import clips_in
 here = Path({str(tmp_path)!r})
 clip = tc.read_clip(here / "walk.comma")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis.correction import refine, remove_twist
+from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import analyse_limbs, flips
 from twistcore.detection.limb_flips.explanation import explain

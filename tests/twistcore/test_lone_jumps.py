@@ -14,8 +14,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import spun as spun_in
 from twistcore.analysis.clip_analysis import RESTLESS, analyse
-from twistcore.analysis.correction import automatic_corrections, refine
-from twistcore.analysis.correction.twist_removal import refiner
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps

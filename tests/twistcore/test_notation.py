@@ -13,7 +13,7 @@ from tests.messages import numbers
 from tests.tiers import parametrize
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
-from twistcore.analysis.correction import automatic_corrections, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.analysis.why_not import Why, peaks_without_interval, why_not
 from twistcore.detection.consistency.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis

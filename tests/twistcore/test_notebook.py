@@ -16,7 +16,7 @@ import twistcore.analysis.clip_analysis as core
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
 from tests.twistcore.reviews import CARRIED, find_flips, flip
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.export.compare import compare
 
 README = Path(__file__).parents[2] / "README.md"

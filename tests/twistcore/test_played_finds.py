@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
 from twistcore.export.replay import accepted_motion
 from twistcore.report.document import Report

@@ -8,7 +8,8 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import Corrected, refine
+from twistcore.analysis.correction.corrected import Corrected
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant_interval

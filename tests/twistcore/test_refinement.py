@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.tiers import examples
 from tests.twistcore.test_chain import FAMILIES, limbs, rig
-from twistcore.analysis.correction import children_off_axis, refine, remove_twist
+from twistcore.analysis.correction.twist_removal import children_off_axis, refine, remove_twist
 from twistcore.detection import Interval
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.clip import changed_rotations, rewritten

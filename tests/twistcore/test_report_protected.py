@@ -10,8 +10,8 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import refine
 from twistcore.analysis.correction.protected_measures import ENDS, NAMES, ROLL
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.report.changes import protected_sums

@@ -13,7 +13,7 @@ import pytest
 from tests.messages import numbers
 from tests.tiers import parametrize
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs

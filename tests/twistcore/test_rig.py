@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.errors import FormatError, TwistError

@@ -10,7 +10,7 @@ import pytest
 from tests.hostile_texts import hostile_texts
 from tests.twistcore.blender import blender, needs_blender
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.export.scene_script import SceneOptions, scene_script
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import conjugate, geodesic_angle, multiply

@@ -13,7 +13,7 @@ from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, flip, fresh
 from tests.twistcore.scene_rigs import ORDERS, Cmds, Rig, Sdk
 from tests.twistcore.test_cli import run
-from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script

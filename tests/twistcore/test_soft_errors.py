@@ -12,7 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, search

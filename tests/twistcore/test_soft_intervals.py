@@ -11,7 +11,7 @@ from benchmarks.reasons import wrong
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from twistcore.analysis.clip_analysis import analyse, detect
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.why_not import Why, why_not
 from twistcore.cli import main
 from twistcore.detection import Interval

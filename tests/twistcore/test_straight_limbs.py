@@ -10,7 +10,7 @@ from benchmarks.real_flips import judge
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.formats.bvh import read_bvh, write_motion

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition import (
     WhatIf,
     correct_frame,

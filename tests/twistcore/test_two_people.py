@@ -14,7 +14,7 @@ from tests.twistcore.reviews import spun
 from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.cli.command_line import main
 from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError

@@ -35,7 +35,7 @@ from twistcore import (
     write_motion,
     write_session,
 )
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rig import read_rig, write_rig
 from twistcore.skeleton.rotation import (

@@ -13,7 +13,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import Detection, analyse, detect
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
-from twistcore.analysis.correction import SURE_ENOUGH
+from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip
 from twistcore.cli.decided_sessions import refuse_decided

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
-from twistcore.analysis.correction import children_off_axis
+from twistcore.analysis.correction.twist_removal import children_off_axis
 from twistcore.analysis.examination import joints_outside
 from twistcore.cli.clip_inputs import (
     analysed,

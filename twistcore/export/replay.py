@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from twistcore.analysis.correction import children_off_axis, refine, stuck_joints
 from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
+from twistcore.analysis.correction.twist_removal import children_off_axis, refine, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.interrupted import interruption_sentence

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import Corrected
+from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare

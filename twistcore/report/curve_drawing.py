@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import Corrected
+from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import Interval
 from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.chain import Chain

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import JointRepairs, children_off_axis, stuck_joints
+from twistcore.analysis.correction.twist_removal import children_off_axis, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.export.replay import uncorrected_sentences, unknown_kind_sentences
@@ -338,7 +338,7 @@ def _why_moved(report: Report, joint: str) -> str:
         if own and _moves(report.clip.motion, chain, own, at, above):
             why.append(own[0].kind.value)
     names = report.clip.motion.skeleton.names
-    alone = JointRepairs(chosen).intervals
+    alone = sorted((i for i in chosen if i.kind.info.repairer), key=lambda i: i.kind.info.place)
     why += [i.kind.value for i in alone if i.joint in {names[j] for j in above}]
     if _is_below_tracked(report, joint) or _follows_place(report, joint):
         why.append(_TRACKED)

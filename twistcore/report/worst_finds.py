@@ -10,7 +10,8 @@ import numpy as np
 from markupsafe import Markup
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import Corrected, refine
+from twistcore.analysis.correction.corrected import Corrected
+from twistcore.analysis.correction.twist_removal import refine
 from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.document import Report
 from twistcore.report.picture_job import Drawn, Figure, draw_figures, figure_of

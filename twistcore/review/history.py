@@ -94,7 +94,7 @@ class Review:
 
         See Also
         --------
-        twistcore.analysis.correction.automatic_corrections : The conditions.
+        twistcore.analysis.correction.twist_removal.automatic_corrections : The conditions.
         """
         ids = self.state.automatic_ids(at_least, include_open=include_open)
         if ids:

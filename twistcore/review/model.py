@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion

@@ -11,7 +11,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
 from twistcore.detection.carried_rolls import bent_frames
 from twistcore.detection.lone_jumps import own_axis

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import automatic_corrections, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.skeleton.motion import Motion

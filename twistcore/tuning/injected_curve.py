@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import automatic_corrections
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
 from twistcore.files.encoding import encoded
 from twistcore.skeleton.chain import Chain, chains_by_limb

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition.directions import (
     angle_between,
     at_frame,

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis
-from twistcore.analysis.correction import (
+from twistcore.analysis.correction.joint_repairs import JointRepairs
+from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
     carried_by_limb,
     offsets_by_chain,
     remove_twist,
 )
-from twistcore.analysis.correction.joint_repairs import JointRepairs
 from twistcore.detection import DETECTORS, Kind
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
