@@ -12,12 +12,10 @@ distribute the bone's roll. Pieces of one bone never bend relative to each other
 from twistcore.skeleton.body.bones import lower_pair
 from twistcore.skeleton.body.finding import find_body
 from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length, shortest_offset
-from twistcore.skeleton.body.parts import BONES, LIMBS, SIDES, Body, Bone, LimbLine, Unexamined
+from twistcore.skeleton.body.parts import BONES, Body, Bone, LimbLine, Unexamined
 
 __all__ = [
     "BONES",
-    "LIMBS",
-    "SIDES",
     "Body",
     "Bone",
     "LimbLine",
